@@ -17,20 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.record import described, quantity
-from lure.rod.motion.kernel_free import (
-    BEGINS,
-    CANCELLED,
-    COUNTS,
-    FIRST,
-    LEFT_OUT,
-    LENGTHS,
-    LEVELS,
-    TERMS,
-    WAVES,
-    WAY_BACK,
-    ZETA_DEGREE,
-    ZETAS,
-)
+from lure.rod.motion import kernel_free as F
 from lure.rod.motion.pieces import Array, basis
 from lure.rod.motion.record import Series
 from lure.rod.motion.trip_matrix import TripMatrix
@@ -42,8 +29,8 @@ _FEW = 16  # coordinates: powers of the matrix cost less than calls
 LARGEST = 128  # state for which they are
 MANY = 128  # numbers for which calls cost less than steps along short rows
 _NOISE = 4e-16  # of the largest value: coefficients of a curve in the number of the round trip that are rounding
-_OVER = np.append(0.0, 1.0 / np.arange(1, TERMS + 1))
-_LESS = np.append(-1.0, np.arange(TERMS) * _OVER[1:])
+_OVER = np.append(0.0, 1.0 / np.arange(1, F.TERMS + 1))
+_LESS = np.append(-1.0, np.arange(F.TERMS) * _OVER[1:])
 
 
 def binomials(n: Array) -> Array:
@@ -60,7 +47,7 @@ def binomials(n: Array) -> Array:
 @lru_cache(maxsize=1)
 def _growth() -> Array:
     """Those of all lengths that a series may have."""
-    return binomials(np.array(LENGTHS, dtype=float))
+    return binomials(np.array(F.LENGTHS, dtype=float))
 
 
 @lru_cache(maxsize=64)
@@ -73,7 +60,7 @@ def _grid(count: int) -> tuple[Array, Array]:
 @lru_cache(maxsize=64)
 def _curve(count: int) -> Array:
     """(TERMS+1, TERMS+1) from the terms of a series to Chebyshev coefficients on ``count`` round trips."""
-    return np.asarray(basis(TERMS).from_inner @ binomials(0.5 * count * (basis(TERMS).inner + 1.0)))
+    return np.asarray(basis(F.TERMS).from_inner @ binomials(0.5 * count * (basis(F.TERMS).inner + 1.0)))
 
 
 class Steps:
@@ -90,17 +77,17 @@ class Steps:
 
     def differences(self, state: Array) -> Array:
         """(TERMS+1, N) the terms ``D^j y`` of the series."""
-        rows, zeta = np.empty((TERMS + 1, len(state))), self.trip.zeta
+        rows, zeta = np.empty((F.TERMS + 1, len(state))), self.trip.zeta
         rows[0] = state
         if len(state) <= _FEW:
             power = self.trip.step
             for m in (1, 2, 4, 8, 16):
                 np.dot(rows[:m], power.T, out=rows[m : 2 * m])
                 power = power @ power
-            np.dot(power, state, out=rows[TERMS])
+            np.dot(power, state, out=rows[F.TERMS])
         else:
             line = list(rows)
-            for j in range(TERMS):
+            for j in range(F.TERMS):
                 np.dot(self.trip.step, line[j], out=line[j + 1])
         if self._straight:
             rows[1:, zeta] = self._ways(rows[1:, zeta], rows[:-1], self.trip.step)
@@ -111,12 +98,12 @@ class Steps:
         setting, (wave, level) = self.trip.setting, (np.abs(rows) @ self._sizes).T.tolist()
         size = max(wave[0], abs(setting.push) + setting.rate * level[0], 1e-300)
         swing = max(2.0 * setting.transit * setting.share * size, 5e-324)
-        most, reach, left = CANCELLED * size, CANCELLED * (level[0] + FIRST * swing), wave[-1] / size
+        most, reach, left = F.CANCELLED * size, F.CANCELLED * (level[0] + F.FIRST * swing), wave[-1] / size
         found, growth = 0, _growth()
         left = max(left, level[-1] / swing)
         sums = (growth @ np.array([wave, level]).T).tolist()
-        for length, (waves, levels), last in zip(LENGTHS, sums, growth[:, -1].tolist(), strict=True):
-            if not (waves <= most and levels <= reach and last * left <= LEFT_OUT):
+        for length, (waves, levels), last in zip(F.LENGTHS, sums, growth[:, -1].tolist(), strict=True):
+            if not (waves <= most and levels <= reach and last * left <= F.LEFT_OUT):
                 break
             found = length
         return found
@@ -143,7 +130,7 @@ class Steps:
 
     def _ways(self, ways: Array, rows: Array, step: Array) -> Array:
         """Ways in free flight; those there and back are none."""
-        return np.where(np.abs(ways) <= WAY_BACK * (np.abs(rows) @ np.abs(step[self.trip.zeta])), 0.0, ways)
+        return np.where(np.abs(ways) <= F.WAY_BACK * (np.abs(rows) @ np.abs(step[self.trip.zeta])), 0.0, ways)
 
     def _power(self, k: int) -> Array:
         """``D_m`` for ``m = 2^k``."""
@@ -242,12 +229,12 @@ class SeriesBlock:
     def read(self, n: Array, name: Series, pieces: Counts) -> tuple[Array, Array]:
         """See :meth:`Block.read`."""
         terms = self._terms(name)[:, pieces]
-        return _shares(terms.reshape(TERMS + 1, -1), None, n, self.count, terms.shape[1:])
+        return _shares(terms.reshape(F.TERMS + 1, -1), None, n, self.count, terms.shape[1:])
 
     def curve(self, name: Series) -> Array:
         """(J, P, k) the same on all pieces as Chebyshev series in the number of the round trip, on ``[0, count]``."""
         terms = self._terms(name)
-        table = _curve(self.count) @ terms.reshape(TERMS + 1, -1)
+        table = _curve(self.count) @ terms.reshape(F.TERMS + 1, -1)
         return table[: _seen(table)].reshape(-1, *terms.shape[1:])
 
     def on_pieces(self, n: Array, name: Series) -> Array:
@@ -262,14 +249,14 @@ class SeriesBlock:
 
 def series_blocks(g: Array, o: Counts, pieces: int) -> list[SeriesBlock]:
     """Those that :func:`lure.rod.motion.kernel_walk.free_trips` has entered."""
-    _, blocks, *degrees = map(int, g[: ZETA_DEGREE + 1].tolist())
-    starts = o[[WAVES, ZETAS, BEGINS]]
-    shapes = [(blocks, TERMS + 1, pieces, n + 1) for n in degrees] + [(blocks, TERMS + 1, 2)]
+    _, blocks, *degrees = map(int, g[: F.ZETA_DEGREE + 1].tolist())
+    starts = o[[F.WAVES, F.ZETAS, F.BEGINS]]
+    shapes = [(blocks, F.TERMS + 1, pieces, n + 1) for n in degrees] + [(blocks, F.TERMS + 1, 2)]
     series = [
         g[at : at + math.prod(shape)].reshape(shape).copy() for at, shape in zip(starts.tolist(), shapes, strict=True)
     ]
-    counts = g[o[COUNTS] : o[COUNTS] + blocks].tolist()
-    levels = g[o[LEVELS] : o[LEVELS] + 2 * blocks].tolist()
+    counts = g[o[F.COUNTS] : o[F.COUNTS] + blocks].tolist()
+    levels = g[o[F.LEVELS] : o[F.LEVELS] + 2 * blocks].tolist()
     found, start = [], 0
     for b, count in enumerate(map(int, counts)):
         value, rest = levels[2 * b : 2 * b + 2]
@@ -321,7 +308,7 @@ def block_after(steps: Steps, last: Block | None, state: Array, level: tuple[flo
     if not length:
         if len(state) > LARGEST:
             return None
-        rows, length = None, FIRST if last is None or last.rows is not None else min(2 * last.length, _MOST)
+        rows, length = None, F.FIRST if last is None or last.rows is not None else min(2 * last.length, _MOST)
     return Block(
         steps=steps, start=start, count=length, value=level[0], rest=level[1], state=state, rows=rows, length=length
     )

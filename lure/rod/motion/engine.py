@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import AssumptionError, InputError
-from lure.rod.motion import kernel_series as k
+from lure.rod.motion import kernel_series as M
 from lure.rod.motion.compilation import LOAD, compilation_pays, compiled_kernel, kernel_of
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.event_search import passed_over, searched
@@ -60,8 +60,8 @@ class Engine:
         self._panels = Panels(sources=problem.sources, transits=problem.transits, scale=largest(wave.series))
         self._begin(wave, error)
         self._forces = ExponentialForces(problem.sources, problem.transits, known=stretches)
-        self.q[k.TOTAL], self.q[k.PACE] = math.ceil(0.5 * problem.transits), 1
-        self.q[k.LOOK] = 1 if self._forces.known else self.q[k.TOTAL]
+        self.q[M.TOTAL], self.q[M.PACE] = math.ceil(0.5 * problem.transits), 1
+        self.q[M.LOOK] = 1 if self._forces.known else self.q[M.TOTAL]
         self._loads = NO_LOAD, NO_LOAD if problem.sources.scenario.free else load_of_a_block(room.degree)
         self._force, self._found = self._forces.packed(0), NO_LOAD
         self._given()
@@ -77,9 +77,9 @@ class Engine:
 
     def _given(self) -> None:
         """What the kernel is given beside its memory, after a change: as arrays, or as it stands in lists."""
-        if self.compiled and self._forces.known and not self.q[k.LOOPS]:
+        if self.compiled and self._forces.known and not self.q[M.LOOPS]:
             places = layout(MOST_FREE, MOST_COLUMNS, self._room.degree + 1)
-            self._found, self.q[k.LOOPS] = (np.empty(places[-1]), places), 1
+            self._found, self.q[M.LOOPS] = (np.empty(places[-1]), places), 1
         self._others: Any = *self._loads, self._force, self._found
         if not self.compiled:
             lists = ((load.tolist(), heads.tolist()) for load, heads in self._loads)
@@ -95,7 +95,7 @@ class Engine:
     def _begin(self, wave: Pieces, error: float) -> None:
         f, q, problem = self.f, self.q, self._problem
         rod, first = problem.sources.rod, first_state(problem)
-        f[k.TRANSIT : k.TRANSITS + 1] = (
+        f[M.TRANSIT : M.TRANSITS + 1] = (
             rod.travel_time,
             problem.share,
             problem.sources.echo,
@@ -109,17 +109,17 @@ class Engine:
             for s in problem.nonlinearity.segments
             for x in (s.low, s.high, s.origin, s.push, s.rate, s.power, s.touching)
         ]
-        f[q[k.LAW] : q[k.LAW] + len(nonlinearity)] = nonlinearity
-        q[k.SEGMENT], q[k.COUNT], q[k.MERGED] = first.segment, len(wave.series), 8
-        f[k.VALUE], f[k.REST], f[k.LATER] = first.zeta.value, first.zeta.rest, error
-        f[k.STORED] = stored(f, q, problem.nonlinearity.segments[first.segment].origin + first.zeta.value)
+        f[q[M.LAW] : q[M.LAW] + len(nonlinearity)] = nonlinearity
+        q[M.SEGMENT], q[M.COUNT], q[M.MERGED] = first.segment, len(wave.series), 8
+        f[M.VALUE], f[M.REST], f[M.LATER] = first.zeta.value, first.zeta.rest, error
+        f[M.STORED] = stored(f, q, problem.nonlinearity.segments[first.segment].origin + first.zeta.value)
         size = np.abs(wave.series)
-        seen, width = size > NOISE * self._panels.scale, self._room.degree + 1 + k.COEF
-        pieces = f[q[k.OLD] : q[k.OLD] + width * len(size)].reshape(-1, width)
-        pieces[:, k.START], pieces[:, k.STOP], pieces[:, k.COEF :] = wave.edges[:-1], wave.edges[1:], wave.series
-        pieces[:, k.SIZE] = size.sum(axis=1)
+        seen, width = size > NOISE * self._panels.scale, self._room.degree + 1 + M.COEF
+        pieces = f[q[M.OLD] : q[M.OLD] + width * len(size)].reshape(-1, width)
+        pieces[:, M.START], pieces[:, M.STOP], pieces[:, M.COEF :] = wave.edges[:-1], wave.edges[1:], wave.series
+        pieces[:, M.SIZE] = size.sum(axis=1)
         degree = np.where(seen.any(axis=1), self._room.degree - seen[:, ::-1].argmax(axis=1), 0)
-        q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + len(size)] = degree
+        q[q[M.OLD_DEGREES] : q[M.OLD_DEGREES] + len(size)] = degree
 
     def records(self) -> Iterator[Record | EventFreeInterval]:
         """The round trips, many at a time.
@@ -131,12 +131,12 @@ class Engine:
         AssumptionError
             Contact and flight alternate more than 4000 times in a round trip, or cannot be told apart.
         """
-        while self.q[k.TRIP] < self.q[k.TOTAL]:
-            number, self.q[k.WINDOWS : k.IMPACTS + 1] = int(self.q[k.TRIP]), 0
+        while self.q[M.TRIP] < self.q[M.TOTAL]:
+            number, self.q[M.WINDOWS : M.IMPACTS + 1] = int(self.q[M.TRIP]), 0
             status = self._kernel()
             if not self.compiled and self._wish is None:
                 self._reconsider()
-            if self.q[k.WINDOWS]:
+            if self.q[M.WINDOWS]:
                 yield self._record(number)
             if status == FREE:
                 yield passed_over(self.f, self.q, self._found)
@@ -145,28 +145,28 @@ class Engine:
             elif status == LOADS:
                 self._make_panels()
             elif status == FORCE:
-                self._force = self._forces.packed(int(self.q[k.TRIP]))
+                self._force = self._forces.packed(int(self.q[M.TRIP]))
                 self._given()
-            elif status == FULL and not self.q[k.WINDOWS]:
+            elif status == FULL and not self.q[M.WINDOWS]:
                 self._enlarge()
             elif status not in (DONE, FULL):
                 raise self._refusal(status)
 
     def _searched(self) -> Iterator[EventFreeInterval]:
         """The interval that arrays find, if there is one."""
-        trip = int(self.q[k.TRIP])
+        trip = int(self.q[M.TRIP])
         force = self._forces.over(trip)[0]
         assert force is not None, "else none is looked for"
         found = searched(self.f, self.q, force, int(self._force[MOST]) - trip)
         if found is not None:
-            self.q[k.LOOK], self.q[k.PACE] = self.q[k.TRIP], 2
+            self.q[M.LOOK], self.q[M.PACE] = self.q[M.TRIP], 2
             yield found
 
     def _make_panels(self) -> None:
         """The panels from the next round trip on: as many as are needed; at first few, until it is known how many."""
         q = self.q
-        block, stop = int(q[k.TRIP]) // k.BLOCK, int(min(q[k.LOOK], q[k.TOTAL]))
-        count = min(max(-(-stop // k.BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
+        block, stop = int(q[M.TRIP]) // M.BLOCK, int(min(q[M.LOOK], q[M.TOTAL]))
+        count = min(max(-(-stop // M.BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
         count = min(count, self._most_blocks)
         load = self._panels.over(block, count)
         many = max(1, (len(load[1]) - count - 2) // count)
@@ -176,8 +176,8 @@ class Engine:
 
     def _reconsider(self) -> None:
         """Compile from here on if that is likely to take less time than it saves."""
-        self._spent += int(self.q[k.PIECES]) * (_PIECE if kernel_of(self._problem) is run else _POWERED)
-        trip = int(self.q[k.TRIP])
+        self._spent += int(self.q[M.PIECES]) * (_PIECE if kernel_of(self._problem) is run else _POWERED)
+        trip = int(self.q[M.TRIP])
         if self._spent > LOAD and trip:
             left = self._spent * (0.5 * self._problem.transits / trip - 1.0)
             self.compiled = compilation_pays(self._problem, None, left)
@@ -185,14 +185,14 @@ class Engine:
 
     def _record(self, number: int) -> Record:
         f, q = self.f, self.q
-        windows, pieces, numbers, impacts = q[k.WINDOWS : k.IMPACTS + 1].tolist()
+        windows, pieces, numbers, impacts = q[M.WINDOWS : M.IMPACTS + 1].tolist()
 
         def table(source: NDArray[Any], start: int, rows: int, width: int) -> NDArray[Any]:
             """A copy of what is filled."""
             return source[q[start] : q[start] + rows * width].reshape(rows, width).copy()
 
-        heads, marks = table(q, k.OUT_PIECES, pieces, k.PIECE), table(q, k.OUT_MARKS, windows, k.MARKS)
-        ends, first = table(f, k.OUT_ENDS, pieces, k.ENDS), np.empty(windows + 1, dtype=np.int64)
+        heads, marks = table(q, M.OUT_PIECES, pieces, M.PIECE), table(q, M.OUT_MARKS, windows, M.MARKS)
+        ends, first = table(f, M.OUT_ENDS, pieces, M.ENDS), np.empty(windows + 1, dtype=np.int64)
         first[:-1], first[-1] = marks[:, 4], pieces
         return Record(
             number=number,
@@ -203,10 +203,10 @@ class Engine:
             high=ends[:, 1],
             start=heads[:, 0],
             degree=heads[:, 1:],
-            coef=table(f, k.OUT_NUMBERS, numbers, 1)[:, 0],
-            endings=table(f, k.OUT_ENDINGS, windows, k.ENDINGS),
+            coef=table(f, M.OUT_NUMBERS, numbers, 1)[:, 0],
+            endings=table(f, M.OUT_ENDINGS, windows, M.ENDINGS),
             marks=marks[:, :4],
-            impacts=table(f, k.OUT_IMPACTS, impacts, k.IMPACT),
+            impacts=table(f, M.OUT_IMPACTS, impacts, M.IMPACT),
         )
 
     def _enlarge(self) -> None:
@@ -214,24 +214,24 @@ class Engine:
         f, q = self.f, self.q
         pieces = 2 * self._room.pieces
         self._remember(replace(self._room, pieces=pieces, recorded=max(self._room.recorded, 4 * pieces)))
-        self.f[: k.WAVE], self.q[: k.STATE], self.q[k.TOTAL : k.LOOPS + 1] = (
-            f[: k.WAVE],
-            q[: k.STATE],
-            q[k.TOTAL : k.LOOPS + 1],
+        self.f[: M.WAVE], self.q[: M.STATE], self.q[M.TOTAL : M.LOOPS + 1] = (
+            f[: M.WAVE],
+            q[: M.STATE],
+            q[M.TOTAL : M.LOOPS + 1],
         )
         for old, new, name, length in (
-            (f, self.f, k.LAW, k.SEGMENT_SIZE * int(q[k.SEGMENTS])),
-            (f, self.f, k.OLD, int(q[k.COUNT]) * (self._room.degree + 1 + k.COEF)),
-            (q, self.q, k.OLD_DEGREES, int(q[k.COUNT])),
+            (f, self.f, M.LAW, M.SEGMENT_SIZE * int(q[M.SEGMENTS])),
+            (f, self.f, M.OLD, int(q[M.COUNT]) * (self._room.degree + 1 + M.COEF)),
+            (q, self.q, M.OLD_DEGREES, int(q[M.COUNT])),
         ):
             new[self.q[name] : self.q[name] + length] = old[q[name] : q[name] + length]
 
     def _refusal(self, status: int) -> Exception:
-        trip, wave = int(self.q[k.TRIP]), self._problem.share * float(self.f[k.LARGEST])
-        power = self._problem.nonlinearity.segments[int(self.q[k.SEGMENT])].power
+        trip, wave = int(self.q[M.TRIP]), self._problem.share * float(self.f[M.LARGEST])
+        power = self._problem.nonlinearity.segments[int(self.q[M.SEGMENT])].power
         if status == HUGE:
             return InputError(
-                f"the wave in round trip {trip} is {self.f[k.SCALE]:.3g} m/s, more than 1e+100; give smaller "
+                f"the wave in round trip {trip} is {self.f[M.SCALE]:.3g} m/s, more than 1e+100; give smaller "
                 "data or loads"
             )
         return AssumptionError(
@@ -250,22 +250,22 @@ class Engine:
     @property
     def crossings(self) -> int:
         """Passages between segments of the nonlinearity."""
-        return int(self.q[k.CROSSINGS])
+        return int(self.q[M.CROSSINGS])
 
     @property
     def error(self) -> float:
         """Sum of the estimates of the local errors [m]."""
-        return float(self.f[k.ERROR])
+        return float(self.f[M.ERROR])
 
     @property
     def largest_wave(self) -> float:
         """[m/s]."""
-        return float(self.f[k.HIGHEST])
+        return float(self.f[M.HIGHEST])
 
     @property
     def energy_residual(self) -> float:
         """Largest imbalance, relative to the largest energy of a round trip."""
-        return float(self.f[k.WORST] / max(self.f[k.ENERGY], LEAST_ENERGY))
+        return float(self.f[M.WORST] / max(self.f[M.ENERGY], LEAST_ENERGY))
 
 
 def first_state(problem: Problem) -> State:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lure.record import described, quantity
 from lure.rod.datasets import Contact
-from lure.rod.motion import kernel_series as k
+from lure.rod.motion import kernel_series as M
 from lure.rod.motion.blocks import PARTS, Block, SeriesBlock, Steps, block_after, series_blocks
 from lure.rod.motion.event_free import EventFreeInterval
 from lure.rod.motion.exponential_force import ExponentialForce
@@ -38,8 +38,8 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
         How many round trips there may be.
     """
     number, impact, back, (setting, ends) = (
-        int(q[k.TRIP]),
-        open_impact(f, q, float(f[k.MOBILITY])),
+        int(q[M.TRIP]),
+        open_impact(f, q, float(f[M.MOBILITY])),
         _coming_back(f, q),
         _setting(f, q),
     )
@@ -48,7 +48,7 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
         if found is None:
             return None
         walk = Walk(Steps(found[0]), ends, most)
-        walk.go(found[1], (float(f[k.VALUE]), float(f[k.REST])), float(f[k.IMPULSE]) if q[k.OPEN] else 0.0)
+        walk.go(found[1], (float(f[M.VALUE]), float(f[M.REST])), float(f[M.IMPULSE]) if q[M.OPEN] else 0.0)
     if walk.count < LEAST:
         return None
     _carried(f, q, walk)
@@ -57,8 +57,8 @@ def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFr
 
 def passed_over(f: Array, q: Counts, found: tuple[Array, Counts]) -> EventFreeInterval:
     """The interval that :func:`lure.rod.motion.kernel_walk.free_trips` has just entered."""
-    before = int(q[k.SAVED + k.TRIP]), open_impact(f[k.SAVED_F :], q[k.SAVED :], float(f[k.MOBILITY]))
-    return _interval(f, q, before, float(found[0][MISSED]), series_blocks(*found, int(q[k.COUNT])))
+    before = int(q[M.SAVED + M.TRIP]), open_impact(f[M.SAVED_F :], q[M.SAVED :], float(f[M.MOBILITY]))
+    return _interval(f, q, before, float(found[0][MISSED]), series_blocks(*found, int(q[M.COUNT])))
 
 
 def _interval(
@@ -71,10 +71,10 @@ def _interval(
     """That which ends where the motion is: from where it began and the impact there, its error and its blocks."""
     return EventFreeInterval(
         number=before[0],
-        count=int(q[k.TRIP]) - before[0],
-        index=int(q[k.SEGMENT]),
+        count=int(q[M.TRIP]) - before[0],
+        index=int(q[M.SEGMENT]),
         impact=before[1],
-        mobility=float(f[k.MOBILITY]),
+        mobility=float(f[M.MOBILITY]),
         error=missed,
         setting=_setting(f, q)[0],
         blocks=blocks,
@@ -83,18 +83,18 @@ def _interval(
 
 def open_impact(f: Array, q: Counts, mobility: float) -> Contact | None:
     """The contact that goes on, of the state that begins there."""
-    if not q[k.OPEN]:
+    if not q[M.OPEN]:
         return None
-    start, end, impulse, peak = f[k.SINCE : k.PEAK + 1].tolist()
+    start, end, impulse, peak = f[M.SINCE : M.PEAK + 1].tolist()
     return Contact(start=start, end=end, impulse=impulse, peak_stress=peak / mobility, closed=False)
 
 
 def _coming_back(f: Array, q: Counts) -> Array:
     """The coefficients (P, degree+1) of the wave that comes back."""
-    width, at = int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
-    pieces = f[at : at + width * int(q[k.COUNT])].reshape(-1, width)[:, k.COEF :]
-    degrees = q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + q[k.COUNT]]
-    return np.where(_places(width - k.COEF) <= degrees[:, None], pieces, 0.0)
+    width, at = int(q[M.DEGREE]) + 1 + M.COEF, int(q[M.OLD])
+    pieces = f[at : at + width * int(q[M.COUNT])].reshape(-1, width)[:, M.COEF :]
+    degrees = q[q[M.OLD_DEGREES] : q[M.OLD_DEGREES] + q[M.COUNT]]
+    return np.where(_places(width - M.COEF) <= degrees[:, None], pieces, 0.0)
 
 
 @lru_cache(maxsize=4)
@@ -104,26 +104,26 @@ def _places(size: int) -> Counts:
 
 def _setting(f: Array, q: Counts) -> tuple[Setting, tuple[float, float]]:
     """What does not change from here on; bounds on ``zeta``."""
-    width, at = int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
-    pieces = f[at : at + width * int(q[k.COUNT])].reshape(-1, width)
+    width, at = int(q[M.DEGREE]) + 1 + M.COEF, int(q[M.OLD])
+    pieces = f[at : at + width * int(q[M.COUNT])].reshape(-1, width)
     edges = np.empty(len(pieces) + 1)
-    edges[:-1], edges[-1] = pieces[:, k.START], pieces[-1, k.STOP]
-    place = int(q[k.LAW] + k.SEGMENT_SIZE * q[k.SEGMENT])
-    segment = f[place : place + k.SEGMENT_SIZE].tolist()
-    transit, share, echo, _, area, mobility = f[k.TRANSIT : k.MOBILITY + 1].tolist()
+    edges[:-1], edges[-1] = pieces[:, M.START], pieces[-1, M.STOP]
+    place = int(q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT])
+    segment = f[place : place + M.SEGMENT_SIZE].tolist()
+    transit, share, echo, _, area, mobility = f[M.TRANSIT : M.MOBILITY + 1].tolist()
     setting = Setting(
         edges=edges,
         halves=0.5 * transit * (edges[1:] - edges[:-1]),
-        origin=segment[k.ORIGIN],
-        push=segment[k.STRESS],
-        rate=segment[k.RATE],
+        origin=segment[M.ORIGIN],
+        push=segment[M.STRESS],
+        rate=segment[M.RATE],
         transit=transit,
         share=share,
         echo=echo,
-        loading=area / mobility if segment[k.TOUCHING] > 0.0 else 0.0,
-        degree=width - k.COEF - 1,
+        loading=area / mobility if segment[M.TOUCHING] > 0.0 else 0.0,
+        degree=width - M.COEF - 1,
     )
-    return setting, (segment[k.LOW] - segment[k.ORIGIN], segment[k.HIGH] - segment[k.ORIGIN])
+    return setting, (segment[M.LOW] - segment[M.ORIGIN], segment[M.HIGH] - segment[M.ORIGIN])
 
 
 @described(frozen=True, kw_only=True, eq=False, slots=True)
@@ -330,9 +330,9 @@ def _carried(f: Array, q: Counts, walk: Walk) -> None:
     trip, count, setting = walk.steps.trip, walk.count, walk.steps.trip.setting
     (state, level), (square, residual) = walk.end, walk.passing()
     balanced(f, q, level, (square, count * residual * (abs(setting.push) + setting.rate * walk.size)))
-    back, width, at = trip.returned(walk.last), int(q[k.DEGREE]) + 1 + k.COEF, int(q[k.OLD])
+    back, width, at = trip.returned(walk.last), int(q[M.DEGREE]) + 1 + M.COEF, int(q[M.OLD])
     pieces, sizes = f[at : at + width * len(back)].reshape(-1, width), np.abs(back).sum(axis=1)
-    pieces[:, k.SIZE], pieces[:, k.COEF : k.COEF + back.shape[1]] = sizes, back
-    q[q[k.OLD_DEGREES] : q[k.OLD_DEGREES] + len(back)] = back.shape[1] - 1
+    pieces[:, M.SIZE], pieces[:, M.COEF : M.COEF + back.shape[1]] = sizes, back
+    q[q[M.OLD_DEGREES] : q[M.OLD_DEGREES] + len(back)] = back.shape[1] - 1
     top = walk.peak() if setting.loading > 0.0 else 0.0
     carried(f, q, count, level, (float(sizes.max()), walk.largest, walk.missed, float(state[trip.zeta + 1]), top))

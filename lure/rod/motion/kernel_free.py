@@ -15,40 +15,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from lure.rod.motion.kernel_series import (
-    AREA,
-    COEF,
-    COUNT,
-    DEGREE,
-    ECHO,
-    EXTRA,
-    HIGH,
-    INNER,
-    LAW,
-    LOW,
-    MOBILITY,
-    NODES,
-    OLD,
-    OLD_DEGREES,
-    ORIGIN,
-    PART,
-    PRODUCTS,
-    RATE,
-    SEGMENT,
-    SEGMENT_SIZE,
-    SHARE,
-    START,
-    STOP,
-    STRESS,
-    TOUCHING,
-    TRANSIT,
-    TRIP,
-    VALUE,
-    Counts,
-    fitted,
-    kernel,
-    mean,
-)
+from lure.rod.motion import kernel_series as M
+from lure.rod.motion.kernel_series import Counts, fitted, kernel, mean
 from lure.rod.motion.pieces import Array
 
 TERMS = 32
@@ -100,9 +68,9 @@ def layout(P: int, C: int, size: int) -> Counts:
 @kernel
 def force_columns(f: Array, q: Counts, g: Array, o: Counts, force: Array) -> int:
     """Fill the functions of the force, as :meth:`.ExponentialForce.columns`; their degree, -1 if it is not enough."""
-    least = SMALL * largest_row(g, o[BACK], q[COUNT], q[DEGREE] + 1)
-    C, P, N, inner = int(force[FUNCTIONS]), q[COUNT], q[DEGREE], q[INNER] + q[DEGREE] * (q[DEGREE] + 1)
-    fastest, n, i, at, late = 0.0, 0, 0, int(force[WEIGHTS]), 2.0 * q[TRIP]
+    least = SMALL * largest_row(g, o[BACK], q[M.COUNT], q[M.DEGREE] + 1)
+    C, P, N, inner = int(force[FUNCTIONS]), q[M.COUNT], q[M.DEGREE], q[M.INNER] + q[M.DEGREE] * (q[M.DEGREE] + 1)
+    fastest, n, i, at, late = 0.0, 0, 0, int(force[WEIGHTS]), 2.0 * q[M.TRIP]
     for r in range(HEAD, HEAD + 3 * int(force[RATES]), 3):
         fastest = max(fastest, math.hypot(force[r], force[r + 1]))
     for r in range(HEAD, HEAD + 3 * int(force[RATES]), 3):
@@ -111,20 +79,20 @@ def force_columns(f: Array, q: Counts, g: Array, o: Counts, force: Array) -> int
         for k in range(many):
             largest = (0.0, 0.0)
             for p in range(P):
-                piece, to = q[OLD] + (N + 1 + COEF) * p, o[LOADS] + (N + 1) * (P * i + p)
-                low, half = f[piece + START], 0.5 * (f[piece + STOP] - f[piece + START])
+                piece, to = q[M.OLD] + (N + 1 + M.COEF) * p, o[LOADS] + (N + 1) * (P * i + p)
+                low, half = f[piece + M.START], 0.5 * (f[piece + M.STOP] - f[piece + M.START])
                 for j in range(N + 1):
                     x = low + half * (f[inner + j] + 1.0) - 1.0
                     real, imaginary = force_pair(force, (r, at, k), x, turned)
                     largest = max(largest[0], abs(real)), max(largest[1], abs(imaginary))
-                    f[NODES + j], f[PART + j] = real, imaginary
+                    f[M.NODES + j], f[M.PART + j] = real, imaginary
                 for part in range(parts):
                     if part == 1:
                         for j in range(N + 1):
-                            f[NODES + j] = f[PART + j]
-                    fitted(f, q, N, EXTRA)
+                            f[M.NODES + j] = f[M.PART + j]
+                    fitted(f, q, N, M.EXTRA)
                     for j in range(N + 1):
-                        g[to + (N + 1) * P * part + j] = f[EXTRA + j]
+                        g[to + (N + 1) * P * part + j] = f[M.EXTRA + j]
             for part in range(parts):
                 tiny = max(least, TINY * (1.0 + fastest) * largest[part])
                 for c in range((N + 1) * P):
@@ -172,23 +140,23 @@ def likely_to_end(f: Array, q: Counts) -> bool:
 
     What each round trip adds is taken for the same in all of them where that is nearly so, else for one of them.
     """
-    law, zeta = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[VALUE]
+    law, zeta = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], f[M.VALUE]
     low, high, place = zeta, zeta, zeta
-    for p in range(q[COUNT]):
-        at = q[OLD] + (q[DEGREE] + 1 + COEF) * p
-        speed = mean(f, at + COEF, q[q[OLD_DEGREES] + p])
-        place += f[TRANSIT] * (f[at + STOP] - f[at + START]) * (f[SHARE] * speed - f[law + STRESS])
+    for p in range(q[M.COUNT]):
+        at = q[M.OLD] + (q[M.DEGREE] + 1 + M.COEF) * p
+        speed = mean(f, at + M.COEF, q[q[M.OLD_DEGREES] + p])
+        place += f[M.TRANSIT] * (f[at + M.STOP] - f[at + M.START]) * (f[M.SHARE] * speed - f[law + M.STRESS])
         low, high = min(low, place), max(high, place)
-    slow = f[ECHO] * (2.0 * f[SHARE] - 1.0) > SLOW and f[law + RATE] * f[TRANSIT] < 1.0 - SLOW
+    slow = f[M.ECHO] * (2.0 * f[M.SHARE] - 1.0) > SLOW and f[law + M.RATE] * f[M.TRANSIT] < 1.0 - SLOW
     last = LEAST * (place - zeta) if slow else 0.0
-    origin = f[law + ORIGIN]
-    return bool(low + min(last, 0.0) < f[law + LOW] - origin or high + max(last, 0.0) > f[law + HIGH] - origin)
+    origin = f[law + M.ORIGIN]
+    return bool(low + min(last, 0.0) < f[law + M.LOW] - origin or high + max(last, 0.0) > f[law + M.HIGH] - origin)
 
 
 @kernel
 def trip_degrees(f: Array, q: Counts, g: Array, o: Counts, least: int) -> tuple[int, int]:
     """Degrees of ``W``, at least that of the force, and of ``zeta`` on the pieces; -1 if these pieces will not do."""
-    P, most, rate = q[COUNT], q[DEGREE], f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+    P, most, rate = q[M.COUNT], q[M.DEGREE], f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.RATE]
     tiny, n = (SEEN if rate == 0.0 else TOP) * largest_row(g, o[BACK], P, most + 1), most
     while n > least:
         size = 0.0
@@ -258,9 +226,9 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
 
     ``row`` counts the terms of all blocks; only the first of a block has the constant in it.
     """
-    law, P, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT], q[DEGREE] + 1
-    n, last, rate, share = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE]), f[law + RATE], f[SHARE]
-    push = f[law + STRESS] if row % (TERMS + 1) == 0 else 0.0
+    law, P, size = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.COUNT], q[M.DEGREE] + 1
+    n, last, rate, share = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE]), f[law + M.RATE], f[M.SHARE]
+    push = f[law + M.STRESS] if row % (TERMS + 1) == 0 else 0.0
     watched, right, way, area = o[WATCHED] + (2 * P + 1) * row, o[COLUMN], 0.0, 0.0
     g[watched] = g[o[BEGINS] + 2 * row]
     for p in range(P):
@@ -308,7 +276,7 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
                 end += z
             end += begin * g[fall + last + 1]
         for k in range(0, last + 1, 2):
-            area += half * f[q[PRODUCTS] + k] * g[zeta + k]
+            area += half * f[q[M.PRODUCTS] + k] * g[zeta + k]
         g[watched + P + 1 + p] = share * g[wave] - rate * begin - push
         g[watched + p + 1] = begin + end
         way += end
@@ -318,8 +286,13 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
 @kernel
 def flight_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
     """Fill the waves of which all in flight are made, with their ways; how many.  Ways there and back are none."""
-    P, size, n, push = q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE]), f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + STRESS]
-    r = 1 + C + (1 if push * f[ECHO] != 0.0 else 0)
+    P, size, n, push = (
+        q[M.COUNT],
+        q[M.DEGREE] + 1,
+        int(g[WAVE_DEGREE]),
+        f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.STRESS],
+    )
+    r = 1 + C + (1 if push * f[M.ECHO] != 0.0 else 0)
     for i in range(r):
         way, both, widest = 0.0, 0.0, 0.0
         for p in range(P):
@@ -333,20 +306,20 @@ def flight_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
                 g[to + k] = c
                 total += abs(c)
                 if k % 2 == 0:
-                    term = 2.0 * g[o[HALVES] + p] * f[SHARE] * c / (1.0 - float(k) * float(k))
+                    term = 2.0 * g[o[HALVES] + p] * f[M.SHARE] * c / (1.0 - float(k) * float(k))
                     way += term
                     both += abs(term)
             widest = max(widest, total)
         g[o[WIDEST] + i], g[o[WAYS] + i] = widest, 0.0 if abs(way) <= WAY_BACK * both else way
         g[o[SHARES] + i] = 1.0 if i == 0 else g[o[LOADED] + i - 1] if i <= C else 0.0
-    g[o[WAYS] + r] = -2.0 * push * f[TRANSIT]
+    g[o[WAYS] + r] = -2.0 * push * f[M.TRANSIT]
     return r
 
 
 @kernel
 def flight_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int, int]) -> float:
     """Fill the wave of a term in flight from how much there is of each, and that of the next; the way."""
-    (row, r, C), P, size, n, j = place, q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE]), place[0] % (TERMS + 1)
+    (row, r, C), P, size, n, j = place, q[M.COUNT], q[M.DEGREE] + 1, int(g[WAVE_DEGREE]), place[0] % (TERMS + 1)
     shares, total = o[SHARES] + (C + 2) * j, 0.0
     way = g[o[WAYS] + r] if j == 0 else 0.0
     both = abs(way)
@@ -356,9 +329,9 @@ def flight_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int,
             for i in range(r):
                 c += g[shares + i] * g[o[BASIS] + size * (P * i + p) + k]
             g[o[WAVES] + (n + 1) * (P * row + p) + k] = c
-    back, constant = f[ECHO] * (2.0 * f[SHARE] - 1.0) - 1.0, 0.0
+    back, constant = f[M.ECHO] * (2.0 * f[M.SHARE] - 1.0) - 1.0, 0.0
     if j == 0:
-        constant = -2.0 * f[ECHO] * f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + STRESS]
+        constant = -2.0 * f[M.ECHO] * f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.STRESS]
     for i in range(r):
         c = g[shares + i]
         total += abs(c) * g[o[WIDEST] + i]
@@ -374,10 +347,10 @@ def flight_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int,
 @kernel
 def contact_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> None:
     """Fill the wave of the next term in contact: what comes back of ``W`` and ``zeta``, and what the force adds."""
-    (row, C), P, size, n = place, q[COUNT], q[DEGREE] + 1, int(g[WAVE_DEGREE])
-    law, last = q[LAW] + SEGMENT_SIZE * q[SEGMENT], int(g[ZETA_DEGREE])
-    back, echoed = f[ECHO] * (2.0 * f[SHARE] - 1.0) - 1.0, -2.0 * f[ECHO] * f[law + RATE]
-    constant = -2.0 * f[ECHO] * f[law + STRESS] if row % (TERMS + 1) == 0 else 0.0
+    (row, C), P, size, n = place, q[M.COUNT], q[M.DEGREE] + 1, int(g[WAVE_DEGREE])
+    law, last = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], int(g[ZETA_DEGREE])
+    back, echoed = f[M.ECHO] * (2.0 * f[M.SHARE] - 1.0) - 1.0, -2.0 * f[M.ECHO] * f[law + M.RATE]
+    constant = -2.0 * f[M.ECHO] * f[law + M.STRESS] if row % (TERMS + 1) == 0 else 0.0
     for p in range(P):
         wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
         after = wave + (n + 1) * P
@@ -393,9 +366,9 @@ def contact_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int
 @kernel
 def series_length(f: Array, q: Counts, g: Array, o: Counts) -> int:
     """:meth:`lure.rod.motion.blocks.Steps.length`, from the sizes of the terms."""
-    law, sizes = q[LAW] + SEGMENT_SIZE * q[SEGMENT], o[SIZES]
-    size = max(g[sizes], abs(f[law + STRESS]) + f[law + RATE] * g[sizes + 1], 1e-300)
-    swing = max(2.0 * f[TRANSIT] * f[SHARE] * size, 5e-324)
+    law, sizes = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], o[SIZES]
+    size = max(g[sizes], abs(f[law + M.STRESS]) + f[law + M.RATE] * g[sizes + 1], 1e-300)
+    swing = max(2.0 * f[M.TRANSIT] * f[M.SHARE] * size, 5e-324)
     reach, found = CANCELLED * (g[sizes + 1] + FIRST * swing), 0
     left = max(g[sizes + 2 * TERMS] / size, g[sizes + 2 * TERMS + 1] / swing)
     for length in LENGTHS:
@@ -429,8 +402,8 @@ def at_trip(g: Array, terms: int, width: int, n: float, out: int) -> None:
 def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, int, Array]) -> None:
     """Fill the terms of a block from the first of them."""
     b, r, C, force = turns
-    law, size, turn = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[COUNT] * (int(g[WAVE_DEGREE]) + 1), int(force[TURN])
-    loading, rate = f[AREA] / f[MOBILITY] if f[law + TOUCHING] > 0.0 else 0.0, f[law + RATE]
+    law, size, turn = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.COUNT] * (int(g[WAVE_DEGREE]) + 1), int(force[TURN])
+    loading, rate = f[M.AREA] / f[M.MOBILITY] if f[law + M.TOUCHING] > 0.0 else 0.0, f[law + M.RATE]
     for j in range(TERMS + 1):
         row, way = (TERMS + 1) * b + j, 0.0
         loaded = o[LOADED] + C * j
@@ -452,7 +425,7 @@ def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, 
         if j < TERMS:
             gained = loading * rate * area
             if j == 0:
-                gained += 2.0 * loading * f[law + STRESS] * f[TRANSIT]
+                gained += 2.0 * loading * f[law + M.STRESS] * f[M.TRANSIT]
             g[o[BEGINS] + 2 * row + 2], g[o[BEGINS] + 2 * row + 3] = way if rate == 0.0 else moved, gained
             if rate != 0.0:
                 contact_term(f, q, g, o, (row, C))

@@ -18,56 +18,8 @@ import math
 
 import numpy as np
 
-from lure.rod.motion.kernel_series import (
-    AT_EXTREMA,
-    BEGUN,
-    COEF,
-    COLLOCATION,
-    DEGREE,
-    EXTRA,
-    FREE,
-    FROM_EXTREMA,
-    HIGH,
-    LARGEST,
-    LAW,
-    LOW,
-    MISSED,
-    NEVER,
-    NOW,
-    ORIGIN,
-    PIVOT,
-    POWER,
-    POWERED,
-    PUSH,
-    RATE,
-    REST,
-    RIGHT,
-    SEGMENT,
-    SEGMENT_SIZE,
-    SHARE,
-    SIZE,
-    START,
-    STEP,
-    STOP,
-    STRESS,
-    TOLERANCE,
-    TRANSIT,
-    TRAVEL,
-    TRAVELLED,
-    UNDECIDED,
-    UNIT,
-    VALUE,
-    WAVE,
-    ZETA,
-    Counts,
-    first_rise,
-    inlined,
-    kernel,
-    right_end,
-    short_part,
-    trimmed,
-    variation,
-)
+from lure.rod.motion import kernel_series as M
+from lure.rod.motion.kernel_series import Counts, first_rise, inlined, kernel, right_end, short_part, trimmed, variation
 from lure.rod.motion.pieces import Array
 
 _SMALL = 1e-19
@@ -86,7 +38,7 @@ _ITERATIONS = 40
 def integrated(f: Array, q: Counts, load: tuple[int, int], out: int) -> int:
     """The quadrature from -1, ``s = 0``; the degree, one more than that of ``h`` if there is room."""
     h, n = load
-    total, sign, m = 0.0, -1.0, min(n + 1, q[DEGREE])
+    total, sign, m = 0.0, -1.0, min(n + 1, q[M.DEGREE])
     for k in range(1, m + 1):
         z = 2.0 * f[h] if k == 1 else f[h + k - 1]
         if k + 1 <= n:
@@ -102,7 +54,7 @@ def integrated(f: Array, q: Counts, load: tuple[int, int], out: int) -> int:
 @kernel
 def relaxed(f: Array, q: Counts, load: tuple[int, int], problem: tuple[float, float], out: int) -> int:
     """The solution for ``s > 0`` from a start; its degree is that of ``h`` and what the exponential needs."""
-    (h, n), (s, start), most = load, problem, q[DEGREE]
+    (h, n), (s, start), most = load, problem, q[M.DEGREE]
     m, term, j = n + 1, 1.0, 0
     while term > _SMALL and m < most:
         j += 1
@@ -116,24 +68,24 @@ def relaxed(f: Array, q: Counts, load: tuple[int, int], problem: tuple[float, fl
         if k + 1 <= n:
             right -= f[h + k + 1]
         if k == m:
-            f[PIVOT + k] = 2.0 * k + s * (k + 1.0) / k
-            f[RIGHT + k] = right + ((k + 1.0) / k * f[h + k] if k <= n else 0.0)
+            f[M.PIVOT + k] = 2.0 * k + s * (k + 1.0) / k
+            f[M.RIGHT + k] = right + ((k + 1.0) / k * f[h + k] if k <= n else 0.0)
         else:
-            share = s / f[PIVOT + k + 1]
-            f[PIVOT + k] = 2.0 * k + s * share
-            f[RIGHT + k] = right + share * f[RIGHT + k + 1]
+            share = s / f[M.PIVOT + k + 1]
+            f[M.PIVOT + k] = 2.0 * k + s * share
+            f[M.RIGHT + k] = right + share * f[M.RIGHT + k + 1]
     free, unit, free_sum, unit_sum, sign = 0.0, 2.0, 0.0, 1.0, -1.0
     for k in range(1, m + 1):
-        free = (f[RIGHT + k] - s * free) / f[PIVOT + k]
-        unit = -s * unit / f[PIVOT + k]
-        f[FREE + k], f[UNIT + k] = free, unit
+        free = (f[M.RIGHT + k] - s * free) / f[M.PIVOT + k]
+        unit = -s * unit / f[M.PIVOT + k]
+        f[M.FREE + k], f[M.UNIT + k] = free, unit
         free_sum += sign * free
         unit_sum += sign * unit
         sign = -sign
     first = (start - free_sum) / unit_sum
     f[out] = first
     for k in range(1, m + 1):
-        f[out + k] = f[FREE + k] + first * f[UNIT + k]
+        f[out + k] = f[M.FREE + k] + first * f[M.UNIT + k]
     return int(m)
 
 
@@ -147,106 +99,106 @@ def local(x: float, low: float, high: float) -> float:
 def cut_out(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float, float], out: int) -> int:
     """A piece of a wave, of a degree, between two instants, and the degree there."""
     (at, n), (a, b) = piece, span
-    low, high = f[at + START], f[at + STOP]
+    low, high = f[at + M.START], f[at + M.STOP]
     if a == low and b == high:
         for k in range(n + 1):
-            f[out + k] = f[at + COEF + k]
+            f[out + k] = f[at + M.COEF + k]
         return n
-    return short_part(f, q, (at + COEF, n), (local(a, low, high), local(b, low, high)), out)
+    return short_part(f, q, (at + M.COEF, n), (local(a, low, high), local(b, low, high)), out)
 
 
 @kernel
 def begun(f: Array, q: Counts, pieces: int, i: int, low: float) -> None:
     """Begin an arc: the sizes on which its tolerances depend, over the pieces ahead."""
-    nonlinearity, width = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1 + COEF
-    rate, stress, largest, reach = f[nonlinearity + RATE], abs(f[nonlinearity + STRESS]), 0.0, 0.0
-    power = f[nonlinearity + POWER]
+    nonlinearity, width = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.DEGREE] + 1 + M.COEF
+    rate, stress, largest, reach = f[nonlinearity + M.RATE], abs(f[nonlinearity + M.STRESS]), 0.0, 0.0
+    power = f[nonlinearity + M.POWER]
     for j in range(i, pieces):
-        at = q[NOW] + width * j
-        largest = max(largest, f[at + SIZE])
+        at = q[M.NOW] + width * j
+        largest = max(largest, f[at + M.SIZE])
         if rate == math.inf:
-            reach = max(reach, f[SHARE] * f[at + SIZE])
+            reach = max(reach, f[M.SHARE] * f[at + M.SIZE])
         else:
-            time = 0.5 * f[TRANSIT] * (f[at + STOP] - (low if j == i else f[at + START]))
+            time = 0.5 * f[M.TRANSIT] * (f[at + M.STOP] - (low if j == i else f[at + M.START]))
             if rate > 0.0 and power == 1.0:
                 time = min(time, 1.0 / rate)
-            reach = max(reach, time * (f[SHARE] * f[at + SIZE] + stress))
+            reach = max(reach, time * (f[M.SHARE] * f[at + M.SIZE] + stress))
     if power < 1.0:
-        reach = f[SHARE] * largest
+        reach = f[M.SHARE] * largest
     elif power > 1.0:
-        reach = min(reach, float(np.float64(f[SHARE] * largest / rate) ** (1.0 / power)))
+        reach = min(reach, float(np.float64(f[M.SHARE] * largest / rate) ** (1.0 / power)))
     if 0.0 < rate < math.inf and power >= 1.0:
-        reach = max(reach, abs(f[VALUE] + f[REST]))
-    f[LARGEST], f[TOLERANCE], f[TRAVELLED], q[BEGUN] = largest, GRAZE * reach, 0.0, 0
-    f[STEP], q[POWERED] = math.inf, 0
+        reach = max(reach, abs(f[M.VALUE] + f[M.REST]))
+    f[M.LARGEST], f[M.TOLERANCE], f[M.TRAVELLED], q[M.BEGUN] = largest, GRAZE * reach, 0.0, 0
+    f[M.STEP], q[M.POWERED] = math.inf, 0
 
 
 @kernel
 def solved(f: Array, q: Counts, n: int, width: float) -> tuple[int, int]:
     """Fill ``ZETA`` and ``PUSH`` for the wave of degree ``n`` in ``WAVE``; their degrees."""
-    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    rate, stress = f[nonlinearity + RATE], f[nonlinearity + STRESS]
+    nonlinearity = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT]
+    rate, stress = f[nonlinearity + M.RATE], f[nonlinearity + M.STRESS]
     if rate == math.inf:
-        f[ZETA] = 0.0
+        f[M.ZETA] = 0.0
         for k in range(n + 1):
-            f[PUSH + k] = f[SHARE] * f[WAVE + k]
+            f[M.PUSH + k] = f[M.SHARE] * f[M.WAVE + k]
         return 0, n
-    half = 0.5 * f[TRANSIT] * width
+    half = 0.5 * f[M.TRANSIT] * width
     for k in range(n + 1):
-        f[EXTRA + k] = half * (f[SHARE] * f[WAVE + k])
-    f[EXTRA] -= half * stress
+        f[M.EXTRA + k] = half * (f[M.SHARE] * f[M.WAVE + k])
+    f[M.EXTRA] -= half * stress
     if rate == 0.0:
-        m = integrated(f, q, (EXTRA, n), ZETA)
-        f[TRAVEL] = right_end(f, ZETA, m)
-        f[ZETA] += f[TRAVELLED] + f[REST]
-        f[ZETA] += f[VALUE]
-        f[PUSH] = stress
+        m = integrated(f, q, (M.EXTRA, n), M.ZETA)
+        f[M.TRAVEL] = right_end(f, M.ZETA, m)
+        f[M.ZETA] += f[M.TRAVELLED] + f[M.REST]
+        f[M.ZETA] += f[M.VALUE]
+        f[M.PUSH] = stress
         return m, 0
-    m = relaxed(f, q, (EXTRA, n), (rate * half, f[VALUE] + f[REST]), ZETA)
-    m = trimmed(f, ZETA, m, TINY * f[LARGEST] * min(f[TRANSIT], 1.0 / rate))
+    m = relaxed(f, q, (M.EXTRA, n), (rate * half, f[M.VALUE] + f[M.REST]), M.ZETA)
+    m = trimmed(f, M.ZETA, m, TINY * f[M.LARGEST] * min(f[M.TRANSIT], 1.0 / rate))
     for k in range(m + 1):
-        f[PUSH + k] = rate * f[ZETA + k]
-    f[PUSH] += stress
+        f[M.PUSH + k] = rate * f[M.ZETA + k]
+    f[M.PUSH] += stress
     return m, m
 
 
 @inlined
 def roughness(f: Array, q: Counts, n: int, m: int) -> float:
     """The last coefficients of ``zeta`` (degree ``m``), if neither rounding nor those of ``W`` explain them; else 0."""
-    nonlinearity = q[LAW] + SEGMENT_SIZE * q[SEGMENT]
-    rate = f[nonlinearity + RATE]
-    if m < q[DEGREE] or rate == 0.0 or rate == math.inf:
+    nonlinearity = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT]
+    rate = f[nonlinearity + M.RATE]
+    if m < q[M.DEGREE] or rate == 0.0 or rate == math.inf:
         return 0.0
-    tail, given = max(abs(f[ZETA + m]), abs(f[ZETA + m - 1])), 0.0
+    tail, given = max(abs(f[M.ZETA + m]), abs(f[M.ZETA + m - 1])), 0.0
     for k in range(m - 1, n + 1):
-        given = max(given, f[SHARE] * abs(f[WAVE + k]))
-    time = min(f[TRANSIT], 1.0 / rate)
-    reach = (f[LARGEST] + abs(f[nonlinearity + STRESS])) * time
-    allowed = max(RESOLVED * max(reach, abs(f[VALUE] + f[REST])), min(2.0 * time * given, 3.0 * RESOLVED * reach))
+        given = max(given, f[M.SHARE] * abs(f[M.WAVE + k]))
+    time = min(f[M.TRANSIT], 1.0 / rate)
+    reach = (f[M.LARGEST] + abs(f[nonlinearity + M.STRESS])) * time
+    allowed = max(RESOLVED * max(reach, abs(f[M.VALUE] + f[M.REST])), min(2.0 * time * given, 3.0 * RESOLVED * reach))
     return float(tail) if tail > allowed else 0.0
 
 
 @kernel
 def departure(f: Array, q: Counts, nz: int, np_: int) -> tuple[int, float]:
     """Step to the next segment and place of the first departure, ``NEVER`` or ``UNDECIDED``."""
-    nonlinearity, tolerance = q[LAW] + SEGMENT_SIZE * q[SEGMENT], f[TOLERANCE]
-    if f[nonlinearity + RATE] == math.inf or f[nonlinearity + POWER] < 1.0:
+    nonlinearity, tolerance = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], f[M.TOLERANCE]
+    if f[nonlinearity + M.RATE] == math.inf or f[nonlinearity + M.POWER] < 1.0:
         for k in range(np_ + 1):
-            f[EXTRA + k] = -f[PUSH + k]
-        return -1, first_rise(f, q, EXTRA, np_, tolerance)
-    swing, step, place = variation(f, ZETA, nz), 0, NEVER
+            f[M.EXTRA + k] = -f[M.PUSH + k]
+        return -1, first_rise(f, q, M.EXTRA, np_, tolerance)
+    swing, step, place = variation(f, M.ZETA, nz), 0, M.NEVER
     for way in (1, -1):
-        bound = f[nonlinearity + HIGH] if way > 0 else f[nonlinearity + LOW]
-        distance = bound - f[nonlinearity + ORIGIN]
-        over = way * (f[ZETA] - distance) - _ULPS * abs(distance)
+        bound = f[nonlinearity + M.HIGH] if way > 0 else f[nonlinearity + M.LOW]
+        distance = bound - f[nonlinearity + M.ORIGIN]
+        over = way * (f[M.ZETA] - distance) - _ULPS * abs(distance)
         if math.isinf(bound) or over + swing <= tolerance:
             continue
-        f[EXTRA] = over
+        f[M.EXTRA] = over
         for k in range(1, nz + 1):
-            f[EXTRA + k] = way * f[ZETA + k]
-        found = first_rise(f, q, EXTRA, nz, tolerance)
-        if found == UNDECIDED:
-            return way, UNDECIDED
+            f[M.EXTRA + k] = way * f[M.ZETA + k]
+        found = first_rise(f, q, M.EXTRA, nz, tolerance)
+        if found == M.UNDECIDED:
+            return way, M.UNDECIDED
         if found < place:
             step, place = way, found
     return step, place
@@ -255,73 +207,76 @@ def departure(f: Array, q: Counts, nz: int, np_: int) -> tuple[int, float]:
 @inlined
 def moved(f: Array, q: Counts, nz: int) -> None:
     """Carry ``z`` to the end of the piece."""
-    rate = f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE]
+    rate = f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.RATE]
     if rate == math.inf:
-        f[VALUE], f[REST] = 0.0, 0.0
+        f[M.VALUE], f[M.REST] = 0.0, 0.0
     elif rate == 0.0:
-        f[TRAVELLED] += f[TRAVEL]
+        f[M.TRAVELLED] += f[M.TRAVEL]
     else:
-        f[VALUE], f[REST] = right_end(f, ZETA, nz), 0.0
+        f[M.VALUE], f[M.REST] = right_end(f, M.ZETA, nz), 0.0
 
 
 @kernel
 def settled(f: Array, q: Counts) -> None:
     """Add what was travelled in free flight to ``z``, with what rounding loses."""
-    if f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE] == 0.0:
-        small = f[TRAVELLED] + f[REST]
-        total = f[VALUE] + small
-        back = total - f[VALUE]
-        f[VALUE], f[REST] = total, (f[VALUE] - (total - back)) + (small - back)
+    if f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.RATE] == 0.0:
+        small = f[M.TRAVELLED] + f[M.REST]
+        total = f[M.VALUE] + small
+        back = total - f[M.VALUE]
+        f[M.VALUE], f[M.REST] = total, (f[M.VALUE] - (total - back)) + (small - back)
 
 
 @kernel
 def against_power(f: Array, q: Counts, piece: tuple[int, int], span: tuple[float, float]) -> tuple[int, float, int]:
     """Fill ``WAVE``, ``ZETA``, ``PUSH`` up to an instant: ``SOLVED`` or why not, the instant, the wave's degree."""
-    (low, stop), rate, size = span, f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + RATE], f[SHARE] * f[LARGEST]
-    if np.float64(size / rate) ** (1.0 / f[q[LAW] + SEGMENT_SIZE * q[SEGMENT] + POWER]) < _THINNEST * f[TRANSIT] * size:
+    (low, stop), rate, size = span, f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.RATE], f[M.SHARE] * f[M.LARGEST]
+    if (
+        np.float64(size / rate) ** (1.0 / f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.POWER])
+        < _THINNEST * f[M.TRANSIT] * size
+    ):
         return TOO_STIFF, low, 0
-    if q[POWERED] == MOST_POWERED:
+    if q[M.POWERED] == MOST_POWERED:
         return TOO_MANY, low, 0
-    last = q[DEGREE]
+    last = q[M.DEGREE]
     while True:
-        step = stop - low if f[STEP] >= 0.75 * (stop - low) else f[STEP]
+        step = stop - low if f[M.STEP] >= 0.75 * (stop - low) else f[M.STEP]
         high = stop if step == stop - low else low + step
-        n = cut_out(f, q, piece, (low, high), WAVE)
+        n = cut_out(f, q, piece, (low, high), M.WAVE)
         narrow = step <= _NARROWEST
-        if not _collocated(f, q, n, 0.5 * f[TRANSIT] * step):
-            f[STEP] = 0.25 * step
+        if not _collocated(f, q, n, 0.5 * f[M.TRANSIT] * step):
+            f[M.STEP] = 0.25 * step
             if not narrow:
                 continue
             for k in range(last + 1):
-                f[ZETA + k], f[PUSH + k] = 0.0, f[SHARE] * f[WAVE + k] if k <= n else 0.0
-            f[ZETA] = f[VALUE] + f[REST]
-        tail = max(abs(f[PUSH + last]), abs(f[PUSH + last - 1]))
-        miss = max(tail / _STRESS, max(abs(f[ZETA + last]), abs(f[ZETA + last - 1])) / (_PLACE * f[TRANSIT]))
+                f[M.ZETA + k], f[M.PUSH + k] = 0.0, f[M.SHARE] * f[M.WAVE + k] if k <= n else 0.0
+            f[M.ZETA] = f[M.VALUE] + f[M.REST]
+        tail = max(abs(f[M.PUSH + last]), abs(f[M.PUSH + last - 1]))
+        miss = max(tail / _STRESS, max(abs(f[M.ZETA + last]), abs(f[M.ZETA + last - 1])) / (_PLACE * f[M.TRANSIT]))
         if miss > size and not narrow:
-            f[STEP] = (0.5 if miss < 1e3 * size else 0.25) * step
+            f[M.STEP] = (0.5 if miss < 1e3 * size else 0.25) * step
             continue
-        f[MISSED] += step * tail
-        f[STEP] = (4.0 if miss < 1e-2 * size else 2.0) * step
-        q[POWERED] += 1
+        f[M.MISSED] += step * tail
+        f[M.STEP] = (4.0 if miss < 1e-2 * size else 2.0) * step
+        q[M.POWERED] += 1
         return SOLVED, high, n
 
 
 @kernel
 def _collocated(f: Array, q: Counts, n: int, half: float) -> bool:
     """Fill ``ZETA`` and ``PUSH`` for the wave in ``WAVE`` over twice ``half`` [s]; whether Newton's method settles."""
-    nonlinearity, size = q[LAW] + SEGMENT_SIZE * q[SEGMENT], q[DEGREE] + 1
-    rate, m, start = f[nonlinearity + RATE], f[nonlinearity + POWER], f[VALUE] + f[REST]
+    nonlinearity, size = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.DEGREE] + 1
+    rate, m, start = f[nonlinearity + M.RATE], f[nonlinearity + M.POWER], f[M.VALUE] + f[M.REST]
     wave = np.zeros(size)
     for k in range(n + 1):
-        wave[k] = f[SHARE] * f[WAVE + k]
-    incoming = np.asarray(f[q[AT_EXTREMA] : q[AT_EXTREMA] + size * size]).reshape((size, size)) @ wave
-    table = np.asarray(f[q[COLLOCATION] : q[COLLOCATION] + (size - 1) * (size - 1)])
+        wave[k] = f[M.SHARE] * f[M.WAVE + k]
+    incoming = np.asarray(f[q[M.AT_EXTREMA] : q[M.AT_EXTREMA] + size * size]).reshape((size, size)) @ wave
+    table = np.asarray(f[q[M.COLLOCATION] : q[M.COLLOCATION] + (size - 1) * (size - 1)])
     K = half * table.reshape((size - 1, size - 1))
     free = start + K @ incoming[1:]
     scale = np.abs(free).max()
     if scale == 0.0:
         for k in range(size):
-            f[ZETA + k], f[PUSH + k] = 0.0, 0.0
+            f[M.ZETA + k], f[M.PUSH + k] = 0.0, 0.0
         return True
     place, push = free, rate * np.maximum(free, 1e-3 * scale) ** m
     settled_, z, p, slope, miss = _newton(K, free, place if m > 1.0 else push, (rate, m, scale))
@@ -342,10 +297,10 @@ def _collocated(f: Array, q: Counts, n: int, half: float) -> bool:
     values, stresses = np.empty(size), np.empty(size)
     values[0], stresses[0] = start, rate * max(start, 0.0) ** m
     values[1:], stresses[1:] = z, better
-    fit = np.asarray(f[q[FROM_EXTREMA] : q[FROM_EXTREMA] + size * size]).reshape((size, size))
+    fit = np.asarray(f[q[M.FROM_EXTREMA] : q[M.FROM_EXTREMA] + size * size]).reshape((size, size))
     values, stresses = fit @ values, fit @ stresses
     for k in range(size):
-        f[ZETA + k], f[PUSH + k] = values[k], stresses[k]
+        f[M.ZETA + k], f[M.PUSH + k] = values[k], stresses[k]
     return True
 
 

@@ -5,7 +5,7 @@ The functions of the files ``kernel_*.py`` run as they stand; where a motion is 
 
 The memory is one array ``f`` of doubles and one array ``q`` of integers.  Every function takes these two arrays and
 places in them; a call with fifty arrays would cost more than a round trip.  A series of degree ``n`` at place ``c`` is
-``f[c], ..., f[c + n]``.
+``f[c], ..., f[c + n]``.  The places have their names here; the other files read them as ``M.TRIP``.
 """
 
 from __future__ import annotations
