@@ -92,19 +92,16 @@ _RESTING = (
 _ARGUMENTS = {
     "rod": (
         "energy argument",
-        "The energy falls at the rate k v(t,0)^2, so the wave that reaches the dashpot is square integrable over "
-        "all time; "
-        "through the reflection |a| < 1 so are the waves at the contact, the contact stress and z'. The energy of the "
-        "waves, an integral over the last transit, tends to zero. Integrated, the boundary relations give "
-        "z = constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the nonlinearity.",
+        "The energy falls at the rate k v(t,0)^2, so the wave that reaches the dashpot is square integrable over all "
+        "time; through the reflection |a| < 1 so are the waves at the contact, the contact stress and z'. The energy "
+        "of the waves, an integral over the last transit, tends to zero. Integrated, the boundary relations give z = "
+        "constant - (A/k) int p + o(1), so z converges, and its limit is a zero of the nonlinearity.",
     ),
     "scheme": (
         "discrete energy argument",
         "(h/2c) sum y_i^2 + 2 d P(z) falls at half the sum of the squared jumps between neighbours plus (1 - a^2)/2 "
-        "times "
-        "the square of the wave at the dashpot, a positive definite form in the waves and the contact stress; the "
-        "three steps "
-        "of the energy argument then carry over, for every number of cells.",
+        "times the square of the wave at the dashpot, a positive definite form in the waves and the contact stress; "
+        "the three steps of the energy argument then carry over, for every number of cells.",
     ),
 }
 
@@ -207,8 +204,7 @@ def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult, 
         return (
             f"{found.headline} The dashpot feeds energy in (k = {scheme.rod.damping:g} N s/m), and {example}. In the "
             "rod itself the energy never falls, whatever the nonlinearity: without load no motion that starts with "
-            "energy comes "
-            "to rest."
+            "energy comes to rest."
         )
     return said
 

@@ -55,9 +55,8 @@ def without_damping(name: str, block: UpwindScheme | RodPlant, sector: Sector) -
         return None
     if damping == 0:
         reason = (
-            "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple "
-            "one; nothing "
-            "dissipates in the rod, and a rod that flies away never returns; give a damping k > 0"
+            "the zero eigenvalue is double (damping k = 0): the critical case of Popov's theorem needs a simple one; "
+            "nothing dissipates in the rod, and a rod that flies away never returns; give a damping k > 0"
         )
         verdict, evidence, witness = Verdict.INCONCLUSIVE, Evidence.CERTIFIED, None
     else:
@@ -408,9 +407,8 @@ def _result(
         reason = f"the inequality holds at every frequency; its least value is {margin.low:.6g} m/Pa"
     elif high < 0:
         reason = (
-            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows "
-            f"about the "
-            f"loop; {_advice(asked.name, smallest, largest)}"
+            f"the inequality fails by {-margin.high:.6g} m/Pa at {omega:.6g} rad/s, from which nothing follows about "
+            f"the loop; {_advice(asked.name, smallest, largest)}"
         )
     else:
         reason = f"the margin {margin} m/Pa is not bounded away from zero; {_advice(asked.name, smallest, largest)}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
@@ -12,6 +11,7 @@ from lure.errors import InputError
 from lure.plants.conversion import as_plant
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
@@ -26,7 +26,7 @@ _WORDS = {
 Matrix = list[list[Fraction]]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class RodAssembly:
     r"""Elastic rods with dashpots at ``x = 0`` that touch obstacles, or each other, at ``x = L``.
 
@@ -40,22 +40,6 @@ class RodAssembly:
     - ``one-obstacle``: rods side by side, ``sigma_j = u_j(t,L_j) - w``, where the obstacle ``w`` is a plate without
       mass, ``k_o w' = sum_j A_j p_j``; without ``obstacle_damping`` it does not move.
 
-    Parameters
-    ----------
-    arrangement : {"both-ends", "across-gap", "one-obstacle"}
-        Which of them.
-    rods : tuple of Rod
-        The rods; what they say of their own contact (``compliance``, ``gap``) does not count.
-    compliances, gaps : tuple of Fraction
-        For each contact ``eps > 0`` [m/Pa] of ``p(r) = max(r, 0)/eps``, and its gap ``>= 0`` [m].
-    obstacle_damping : Fraction or None
-        ``k_o > 0`` [N s/m]; None for an obstacle that does not move.
-    scenarios : tuple of Scenario
-        For each rod the force at ``x = 0`` and the initial data of a motion to follow; empty for none.  No part of
-        what is proved.
-    until : float or None
-        End of that motion [s]; None for 20 passages of a wave through the slowest rod.
-
     Raises
     ------
     InputError
@@ -63,13 +47,23 @@ class RodAssembly:
         an obstacle that moves has no ``k_o > 0`` or no rods of its own, or there is not one scenario a rod.
     """
 
-    arrangement: Arrangement
-    rods: tuple[Rod, ...]
-    compliances: tuple[Fraction, ...]
-    gaps: tuple[Fraction, ...]
-    obstacle_damping: Fraction | None = None
-    scenarios: tuple[Scenario, ...] = ()
-    until: float | None = None
+    arrangement: Arrangement = quantity("Which of them")
+    rods: tuple[Rod, ...] = quantity(
+        "The rods; what they say of their own contact (``compliance``, ``gap``) does not count"
+    )
+    compliances: tuple[Fraction, ...] = quantity("For each contact ``eps > 0`` [m/Pa] of ``p(r) = max(r, 0)/eps``")
+    gaps: tuple[Fraction, ...] = quantity("For each contact its gap ``>= 0``", "m")
+    obstacle_damping: Fraction | None = quantity(
+        "``k_o > 0`` [N s/m]; None for an obstacle that does not move", default=None
+    )
+    scenarios: tuple[Scenario, ...] = quantity(
+        "For each rod the force at ``x = 0`` and the initial data of a motion to follow; empty for none.  No part of "
+        "what is proved",
+        default=(),
+    )
+    until: float | None = quantity(
+        "End of that motion [s]; None for 20 passages of a wave through the slowest rod", default=None
+    )
 
     def __post_init__(self) -> None:
         if self.arrangement not in ARRANGEMENTS:

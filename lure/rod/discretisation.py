@@ -71,19 +71,6 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
         y_{N+1}' &= s y_N - s y_{N+1} + 2 s d \mu, \\
         z' &= y_N + d \mu, \qquad \sigma = z, \quad \mu = -p(\sigma).
 
-    Attributes
-    ----------
-    rod : Rod
-        The rod.
-    cells : int
-        ``N``, number of cells.
-    form : {"corrected", "as-printed"}
-        ``"as-printed"`` drops the factor ``s`` from the force, ``b2 = [2b, 0, ..]`` as in (36) and (38): with it the
-        paper's figures 8-10 appear, and a force ``g`` acts as ``g L/(c N)`` would.  ``A``, ``b1`` and ``c`` are the
-        same in both forms; the sign of the printed ``b1`` is not reproduced, since with it contact would pull.
-    ordering : {"eq39", "eq42", "eq48"}
-        Order of the states in the matrices.
-
     Raises
     ------
     InputError
@@ -95,10 +82,15 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
     rod does not have (see :func:`lure.analysis.rod.spectrum.rod_spectrum`).
     """
 
-    rod: Rod = quantity("", label="")
-    cells: int
-    form: Form = "corrected"
-    ordering: Ordering = quantity("", label="", default="eq39")
+    rod: Rod = quantity("The rod", label="")
+    cells: int = quantity("``N``, number of cells")
+    form: Form = quantity(
+        '``"as-printed"`` drops the factor ``s`` from the force, ``b2 = [2b, 0, ..]`` as in (36) and (38): with it the '
+        "paper's figures 8-10 appear, and a force ``g`` acts as ``g L/(c N)`` would.  ``A``, ``b1`` and ``c`` are the "
+        "same in both forms; the sign of the printed ``b1`` is not reproduced, since with it contact would pull",
+        default="corrected",
+    )
+    ordering: Ordering = quantity("Order of the states in the matrices", label="", default="eq39")
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
     _kind = "upwind scheme"

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.block import StructuredPlant
-from lure.record import exact_text
+from lure.record import described, exact_text, quantity
 from lure.rod.discretisation import upwind
 from lure.rod.parameters import Rod
 from lure.rod.transfer import LETTERS, RodPlant
@@ -31,18 +30,9 @@ def require_varied(intervals: Mapping[str, Interval]) -> None:
             raise InputError(f"rod.{name} is [{float(low):g}, {float(high):g}]; give positive numbers")
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class RodFamily(StructuredPlant):
     """All rods with some parameters in intervals, constant but unknown, or all of their schemes with ``N`` cells.
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod with these in the middle of their intervals.
-    intervals : Mapping of str to (Fraction, Fraction)
-        Of some of :data:`VARIED`, the smaller end first.
-    cells : int or None
-        ``N`` of the schemes; None for the rods themselves.
 
     Raises
     ------
@@ -51,9 +41,9 @@ class RodFamily(StructuredPlant):
         positive where it must be, or the exponent of the contact law is below 1.
     """
 
-    rod: Rod
-    intervals: Mapping[str, Interval]
-    cells: int | None = None
+    rod: Rod = quantity("The rod with these in the middle of their intervals")
+    intervals: Mapping[str, Interval] = quantity("Of some of :data:`VARIED`, the smaller end first")
+    cells: int | None = quantity("``N`` of the schemes; None for the rods themselves", default=None)
     response_units: ClassVar[tuple[str, str]] = RodPlant.response_units
     gain_letter: ClassVar[str] = RodPlant.gain_letter
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 
@@ -23,17 +22,6 @@ def _zero(*variables: str) -> Expression:
 class Scenario(Record):
     """What acts on the rod and how it starts.
 
-    Parameters
-    ----------
-    force : Expression of t
-        ``g(t)`` on the end ``x = 0``, positive along ``x`` [N].
-    body_force : Expression of t, x
-        ``f(t, x)`` along the rod [N/m].
-    displacement : Expression of x
-        ``u0(x)`` [m], a displacement (not a position: the paper's (50) adds the coordinate).
-    velocity : Expression of x
-        ``u1(x)`` [m/s].
-
     Examples
     --------
     >>> pushed = Scenario.parse(force="2*sin(4*t)", velocity=1)
@@ -41,10 +29,15 @@ class Scenario(Record):
     (False, 0.0)
     """
 
-    force: Expression = field(default_factory=lambda: _zero("t"))
-    body_force: Expression = field(default_factory=lambda: _zero("t", "x"))
-    displacement: Expression = field(default_factory=lambda: _zero("x"))
-    velocity: Expression = field(default_factory=lambda: _zero("x"))
+    force: Expression = quantity(
+        "``g(t)`` on the end ``x = 0``, positive along ``x`` [N]", default_factory=lambda: _zero("t")
+    )
+    body_force: Expression = quantity("``f(t, x)`` along the rod [N/m]", default_factory=lambda: _zero("t", "x"))
+    displacement: Expression = quantity(
+        "``u0(x)`` [m], a displacement (not a position: the paper's (50) adds the coordinate)",
+        default_factory=lambda: _zero("x"),
+    )
+    velocity: Expression = quantity("``u1(x)`` [m/s]", default_factory=lambda: _zero("x"))
     _kind = "scenario"
 
     @classmethod

@@ -9,7 +9,7 @@ from typing import ClassVar
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.block import StructuredPlant
-from lure.record import Record
+from lure.record import Record, quantity
 from lure.rod.parameters import Rod
 
 
@@ -60,18 +60,13 @@ class RodPlant(Record, StructuredPlant, kw_only=False):
     .. math:: H_\infty(s) = \frac{d}{s}\,\frac{1 - a e^{-2sT}}{1 + a e^{-2sT}},
         \qquad \text{poles } 0 \text{ and } \frac{\ln(-a) + 2\pi i m}{2T}.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-
     Notes
     -----
     All wave poles share one real part, ``ln|a|/(2T)``: ``H`` does not roll off relative to ``1/omega``, so a rational
     approximation of any order misses infinitely many of them.
     """
 
-    rod: Rod
+    rod: Rod = quantity("The rod")
     response_units: ClassVar[tuple[str, str]] = ("m/Pa", "m/(Pa s)")  # of H and of omega H
     gain_letter: ClassVar[str] = "κ"  # of the sector's upper end: k is the dashpot
     _kind = "rod"

@@ -58,9 +58,8 @@ def _proofs(report: StabilityReport) -> list[Claim]:
         return [Claim(text=text, model="rod", answer=str(found.verdict), evidence=None)]
     return [
         Claim(
-            text=f"without load, {proof.meaning[0].lower()}{proof.meaning[1:]}, "
-            f"for nonlinearities in the sector {proof.sector} "
-            f"({proof.title})",
+            text=f"without load, {proof.meaning[0].lower()}{proof.meaning[1:]}, for nonlinearities in the sector "
+            f"{proof.sector} ({proof.title})",
             model=proof.model,
             answer=str(found.verdict),
             evidence=proof.evidence,

@@ -115,8 +115,7 @@ class Regime(Record):
     )
     mismatch: float = quantity(
         "Largest distance of ``z`` from the last ``n`` periods, over all phases of the periods that were seen to "
-        "repeat, relative to ``range``; for the best ``n`` and all periods if the motion was not seen to repeat "
-        "[-]"
+        "repeat, relative to ``range``; for the best ``n`` and all periods if the motion was not seen to repeat [-]"
     )
     seen: int = quantity("Number of the last periods that agree", key="periods_seen")
     range: float = quantity("Largest minus least ``z`` during the watch, without the drift", "m", key="range_m")

@@ -54,27 +54,15 @@ class Peak:
 
 @dataclass(kw_only=True, slots=True)
 class Account:
-    """Account of a run on a scheme in the ordering (39).
+    """Account of a run on a scheme in the ordering (39)."""
 
-    Attributes
-    ----------
-    scheme, register, loads
-        What moves.
-    t, t_frames : ndarray
-        Samples and frames asked for [s].
-    times : ndarray
-        All of them, ascending, up to an early end.
-    states : ndarray
-        (times, 2N+1) the states there, in SI units.
-    """
-
-    scheme: UpwindScheme
+    scheme: UpwindScheme  # what moves, with what holds it and acts on it
     register: ShiftRegister
     loads: Loads
-    t: Array
-    t_frames: Array
-    times: Array
-    states: Array
+    t: Array  # samples asked for [s]
+    t_frames: Array  # frames asked for [s]
+    times: Array  # all of them, ascending, up to an early end
+    states: Array  # (times, 2N+1) the states there, in SI units
     peak: Peak
     energy: float
     filled: int = 0
@@ -342,8 +330,7 @@ def _method(account: Account, plan: Plan) -> str:
     )
     return (
         f"Exact in time in free flight (Poisson average of a shift register, {account.segments} steps), "
-        f"{nonlinearity}. No "
-        "contact or release is missed: on each piece of each step z is bounded through its chord and a bound on z'' "
-        f"over the whole piece, and pieces whose sign that leaves open are cut until it does not{shallow}."
-        f"{'' if account.loads.free else loads}"
+        f"{nonlinearity}. No contact or release is missed: on each piece of each step z is bounded through its chord "
+        "and a bound on z'' over the whole piece, and pieces whose sign that leaves open are cut until it does "
+        f"not{shallow}.{'' if account.loads.free else loads}"
     )

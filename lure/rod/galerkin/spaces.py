@@ -181,9 +181,8 @@ class NonuniformRod:
             raise InputError(f"rod.length is {self.length:g}; give a positive number")
         if not self.nonlinearity.locally_lipschitz:
             raise AssumptionError(
-                f"the Galerkin motion is unique for a Lipschitz nonlinearity (Lemma 3.1), and p = c_n max(r, 0)^m is "
-                f"not one "
-                f"for m = {self.nonlinearity.exponent:g}; take m >= 1"
+                "the Galerkin motion is unique for a Lipschitz nonlinearity (Lemma 3.1), and p = c_n max(r, 0)^m is "
+                f"not one for m = {self.nonlinearity.exponent:g}; take m >= 1"
             )
         for name in _FIELDS:
             self.coefficient(name, np.linspace(0.0, self.length, _LOOKS))

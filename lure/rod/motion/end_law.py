@@ -42,9 +42,8 @@ class Boundary:
             )
         if self.nonlinearity is not None and not isinstance(self.nonlinearity, GraphNonlinearity):
             raise InputError(
-                f"Boundary.nonlinearity is a {type(self.nonlinearity).__name__}; "
-                f"give a piecewise linear nonlinearity of "
-                f"lure.nonlinearities"
+                f"Boundary.nonlinearity is a {type(self.nonlinearity).__name__}; give a piecewise linear nonlinearity "
+                "of lure.nonlinearities"
             )
 
 
@@ -104,9 +103,8 @@ def _graph(nonlinearity: GraphNonlinearity, mobility: float, transit: float) -> 
     slopes, knots = nonlinearity.graph.slopes, nonlinearity.graph.knots
     if min(slopes) < 0 or mobility * float(max(slopes)) * transit > _STIFFEST:
         raise InputError(
-            f"Boundary.nonlinearity has slopes from {float(min(slopes)):g} to {float(max(slopes)):g} Pa/m; "
-            f"give slopes from 0 "
-            f"to {_STIFFEST / mobility / transit:.3g} Pa/m"
+            f"Boundary.nonlinearity has slopes from {float(min(slopes)):g} to {float(max(slopes)):g} Pa/m; give slopes "
+            f"from 0 to {_STIFFEST / mobility / transit:.3g} Pa/m"
         )
     found = []
     for i, slope in enumerate(slopes):
