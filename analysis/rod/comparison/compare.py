@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.integrators import SCHEME_METHODS, SchemeMethod, integrate
 from lure.analysis.rod.comparison.modes import (
@@ -24,6 +23,7 @@ from lure.analysis.rod.comparison.modes import (
 from lure.analysis.rod.comparison.reference import Reference, reference
 from lure.analysis.rod.comparison.result import Comparison, Order, Row
 from lure.analysis.rod.paper.settling import rod_settling, scheme_settling
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, demand_whole
 from lure.rod import galerkin as weak
 from lure.rod.discretisation import upwind
@@ -31,7 +31,6 @@ from lure.rod.galerkin.spaces import Space, SpaceName
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
-Array = NDArray[np.float64]
 _FLOOR, _ROUNDING = 100.0, 1e-13
 Progress = Callable[[str, float], None]
 

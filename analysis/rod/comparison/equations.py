@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.rod.energy import discrete_energy
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
@@ -16,7 +17,6 @@ from lure.rod.scenario import Scenario, initial_state
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-Array = NDArray[np.float64]
 
 BAND = 2
 _LOOKS = 1025

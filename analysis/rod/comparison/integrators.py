@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import SchemeEquations
 from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Walked, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
+from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.record import described, quantity
 from lure.rod.datasets import Contact, in_phases, number_of_contacts
@@ -21,7 +21,6 @@ from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario
 from lure.rod.scheme import structured_motion
 
-Array = NDArray[np.float64]
 SchemeMethod = Literal["exact", "RK45", "DOP853", "Radau", "BDF", "LSODA", "CVODE", "CVODE-Adams"]
 """How the motion of the scheme is computed."""
 SCHEME_METHODS: tuple[SchemeMethod, ...] = get_args(SchemeMethod)

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
 from lure.rod.datasets import step_points, turning_negative
 
-Array = NDArray[np.float64]
 ScipyMethod = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
 
 _DEGREE = 12  # the largest of scipy's interpolants: LSODA's, of its order

@@ -13,7 +13,6 @@ from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.systems import builtin_system
 
-Array = NDArray[np.float64]
 ModeDecay = tuple[float | None, ...]
 
 MODES = 3

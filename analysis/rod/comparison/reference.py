@@ -7,12 +7,11 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.motion import Motion, exact_motion
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 _ENERGIES = 201
 _ASIDE, _JUMP = 1e-9, 1e-6

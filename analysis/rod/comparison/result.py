@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.modes import ModeDecay, SettlingRow
 from lure.analysis.rod.comparison.reference import Reference
+from lure.arrays import Reals as Array
 from lure.record import Column, Page, Record, derived, quantity
 from lure.rod import datasets
 from lure.rod.parameters import Rod
@@ -20,7 +20,6 @@ from lure.rod.scenario import Scenario
 if TYPE_CHECKING:
     from lure.analysis.plots.style import Axes
 
-Array = NDArray[np.float64]
 ENERGIES = (
     "Energies as each model has them: rod and Galerkin A int (rho v^2 + E w^2)/2 dx + A P(z), P' = p; scheme the sum "
     "A rho h/4 sum y_i^2 + A P(z), which without loads never rises for k >= 0, whatever p >= 0 is."

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.record import Column, Page, Record, derived, quantity
 
-Array = NDArray[np.float64]
 Kind = Literal["decay", "undamped", "growth", "load"]
 
 AGREEMENT = 1e-9

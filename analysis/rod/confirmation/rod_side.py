@@ -17,7 +17,8 @@ from lure.analysis.rod.confirmation.functionals import (
     track_z,
 )
 from lure.analysis.rod.confirmation.rest import rest_of_rod
-from lure.analysis.rod.confirmation.result import AGREEMENT, Array, Curves, Kind, Quantity, Side
+from lure.analysis.rod.confirmation.result import AGREEMENT, Curves, Kind, Quantity, Side
+from lure.arrays import Reals as Array
 from lure.rod.motion import Window
 from lure.rod.motion.fields import of_record
 from lure.rod.motion.pieces import right_ends, supremum

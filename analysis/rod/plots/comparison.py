@@ -28,6 +28,7 @@ from lure.analysis.plots.style import (
     scaled_unit,
 )
 from lure.analysis.rod.plots.run import draw_obstacle, shade
+from lure.arrays import Reals as Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 # The motion of the rod and that of its scheme, on the same axes.
 
-Array = NDArray[np.float64]
 
 _LEAST = 1e-9
 

@@ -20,6 +20,7 @@ from lure.analysis.plots.style import (
     scaled_unit,
 )
 from lure.analysis.rod.plots.run import draw_end, envelope, shade
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.rod.cellular.motion import CellularMotion
 from lure.rod.galerkin import Convergence, GalerkinRun
@@ -210,7 +211,6 @@ def _colour_range(sizes: NDArray[np.float64]) -> float:
     return usual if 0.0 < 4.0 * usual < largest else largest or 1.0
 
 
-Array = NDArray[np.float64]
 Contacts = tuple[tuple[float, float], ...]
 _SAMPLES = 2001
 _LINES = 12

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.plots.style import (
     BLUE,
@@ -20,6 +19,7 @@ from lure.analysis.plots.style import (
     padded,
 )
 from lure.analysis.rod.plots.run import shade
+from lure.arrays import Reals as Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 # Long runs: the watched motion, its stroboscopic points, spectrum and impacts.
 
-Array = NDArray[np.float64]
 _SHOWN = 6
 _DECADES = 6
 _FEW = 12

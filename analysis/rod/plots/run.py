@@ -22,6 +22,7 @@ from lure.analysis.plots.style import (
     padded,
     scaled_unit,
 )
+from lure.arrays import Reals as Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
 # The obstacle in a plot of the end of the rod: a line, or a remark where it is too far away for the motion.
 
-Array = NDArray[np.float64]
 _FAR = 6.0
 
 

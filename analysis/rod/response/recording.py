@@ -18,8 +18,8 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, Reason, demand_whole
 from lure.record import Record, described, finite, quantity
 from lure.rod.motion import Boundary, Contact, Motion, Numerics, Window, exact_motion
@@ -172,7 +172,6 @@ def contact_time(rod: Rod, boundary: Boundary) -> float | None:
     return (half + math.sqrt(half * half - product)) / product
 
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 _EVERY = 32
 

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.drawing import drawn
-from lure.analysis.rod.response.recording import MOST_TRIPS, Array, Progress, contact_time, wave_rate
+from lure.analysis.rod.response.recording import MOST_TRIPS, Progress, contact_time, wave_rate
 from lure.analysis.rod.response.sweeping import checked_values
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, Reason
 from lure.expressions import Expression
 from lure.record import Page, Record, derived, quantity

@@ -8,7 +8,7 @@ import numpy as np
 
 from lure.analysis.drawing import drawn
 from lure.analysis.rod.response.period import load_period
-from lure.analysis.rod.response.recording import Array, Plan, Progress, Recording, Settling, Watch, follow, settling
+from lure.analysis.rod.response.recording import Plan, Progress, Recording, Settling, Watch, follow, settling
 from lure.analysis.rod.response.seen import (
     Balance,
     Impulses,
@@ -25,6 +25,7 @@ from lure.analysis.rod.response.seen import (
     spectrum,
 )
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.expressions import Expression
 from lure.record import Column, Page, Record, derived, finite, numbered, quantity
 from lure.rod import datasets

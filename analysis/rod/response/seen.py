@@ -10,7 +10,8 @@ from typing import Literal
 import numpy as np
 from scipy.integrate import quad
 
-from lure.analysis.rod.response.recording import Array, Recording
+from lure.analysis.rod.response.recording import Recording
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import Record, derived, quantity

@@ -16,10 +16,11 @@ import numpy as np
 
 from lure.analysis.drawing import drawn
 from lure.analysis.rod.response.period import load_period
-from lure.analysis.rod.response.recording import Array, Plan, Progress, Watch, follow, settling
+from lure.analysis.rod.response.recording import Plan, Progress, Watch, follow, settling
 from lure.analysis.rod.response.run import classified, stroboscopic, watched_times
 from lure.analysis.rod.response.seen import impulses, share_in_contact
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, demand_whole
 from lure.exact import exact_number
 from lure.expressions import Expression

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.runs.methods import MOST_ENERGIES, along_motion, motion_at, sampled_motion
 from lure.analysis.rod.runs.request import Performed, Request
 from lure.analysis.rod.runs.sampled import Along, SampledRun
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
 from lure.rod.motion import Motion
@@ -81,7 +81,6 @@ def write_dataset(dataset: xarray.Dataset, path: Path) -> None:
     dataset.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 
-Array = NDArray[np.float64]
 MOST_TRANSITS = 80
 _USUAL_TRANSITS = 10
 _PLACES = 201

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.rod.comparison.integrators import SchemeMethod, integrate
 from lure.analysis.rod.runs.sampled import Along, SampledRun, check_places, check_samples
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, in_steps, simulate
 from lure.analysis.rod.simulation.trajectory import Trajectory
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.galerkin import GalerkinRun, galerkin
@@ -26,7 +26,6 @@ from lure.rod.scenario import Scenario
 from lure.rod.scheme.motion import METHOD as BY_STRUCTURE
 from lure.rod.scheme.motion import scheme_words, structured_motion
 
-Array = NDArray[np.float64]
 RTOL = 1e-8
 
 

@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
+from lure.arrays import Reals as Array
 from lure.record import Column, Page, Record, finite, plain, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, what_it_shows
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
     import control
 
 
-Array = NDArray[np.float64]
 Subject = Literal["rod", "scheme", "Galerkin space"]
 
 _APART = 0.5  # transits L/c

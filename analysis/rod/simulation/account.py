@@ -16,14 +16,13 @@ from lure.analysis.rod.energy import (
     zeta_weights,
 )
 from lure.analysis.rod.simulation.trajectory import Trajectory
+from lure.arrays import Reals as Array
 from lure.rod.datasets import Contact
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scheme.flow import Segment
 from lure.rod.scheme.loads import Loads
 from lure.rod.scheme.register import RegisterState, ShiftRegister
 from lure.rod.scheme.steps import Plan, states_at
-
-Array = NDArray[np.float64]
 
 _BATCH = 2**21  # numbers held before the energy account is brought up to date
 _ROUNDING, _SMALLEST = 1e-12, 1e-250

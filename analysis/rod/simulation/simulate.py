@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lure.analysis.rod.energy import discrete_energy
 from lure.analysis.rod.simulation.account import Account, Peak, summary
 from lure.analysis.rod.simulation.trajectory import Trajectory
+from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.scenario import Scenario, initial_state
@@ -20,8 +21,6 @@ from lure.rod.scheme.loads import Loads, loads_of
 from lure.rod.scheme.poisson import poisson_rows
 from lure.rod.scheme.register import ShiftRegister
 from lure.rod.scheme.steps import Plan, plan_steps
-
-Array = NDArray[np.float64]
 
 LARGEST_CELLS = 1000
 LARGEST_WORK = 2e8

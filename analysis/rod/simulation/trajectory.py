@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lure.analysis.drawing import drawn
+from lure.arrays import Reals as Array
 from lure.record import Column, Page, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, Contact, number_of_contacts
@@ -17,8 +17,6 @@ from lure.rod.scheme.motion import SchemeMotion
 if TYPE_CHECKING:
     import control
 
-
-Array = NDArray[np.float64]
 
 _TRUSTED_RESIDUAL = 1e-7
 _NUMBERS = (

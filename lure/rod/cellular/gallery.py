@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from lure.rod.cellular.network import Array, Boundary, CellularNetwork, Template
+from lure.arrays import Reals as Array
+from lure.rod.cellular.network import Boundary, CellularNetwork, Template
 from lure.rod.discretisation import UpwindScheme
 
 # Two classical networks: diffusion on a grid, and the edges of a black and white image.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, demand_whole
 from lure.record import Column, Page, Record, described, plain, quantity
 from lure.rod import datasets
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     import control
 
 # What Chua and Yang's energy says about a network, and under which hypotheses.
-
-Array: TypeAlias = NDArray[np.float64]
 
 
 class ChuaYang(Record):

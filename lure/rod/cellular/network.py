@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 # Cloning templates: how a cell weighs its neighbours, the same everywhere or varying with position.
 
-Array: TypeAlias = NDArray[np.float64]
 Weight: TypeAlias = ArrayLike | Callable[..., ArrayLike]
 Boundary = Literal["fixed", "zero-flux", "periodic"]
 BOUNDARIES: tuple[Boundary, ...] = ("fixed", "zero-flux", "periodic")

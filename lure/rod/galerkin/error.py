@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import Column, Page, Record, derived, described, quantity
@@ -15,8 +15,6 @@ from lure.rod.galerkin.model import GalerkinModel
 from lure.rod.galerkin.spaces import quadrature
 from lure.rod.motion import Motion
 from lure.rod.scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 @described(frozen=True, kw_only=True, slots=True, eq=False)

@@ -6,8 +6,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.record import Record, described, quantity
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 # The semi-discrete weak form: matrices of a rod in a space, projections of initial data, energy.
 
-Array = NDArray[np.float64]
 _ROUNDING, _ASIDE, _JUMP = 1e-15, 1e-9, 1e-6
 
 

@@ -9,8 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError, Reason, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, numbered, plain, quantity
 from lure.rod import datasets
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 # What a Galerkin run returns: coefficients, the end of the rod, energy, and the bound of Lemma 3.2.
 
-Array = NDArray[np.float64]
 Method = Literal["DOP853", "Radau"]
 _ROUNDING = 1e-9
 METHODS: tuple[Method, ...] = ("DOP853", "Radau")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression
 from lure.nonlinearities.base import NormalCompliance
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 # The spaces V_m of the Galerkin method: P1 and P2 finite elements and cosines, and quadrature along the rod.
 
-Array = NDArray[np.float64]
 SpaceName = Literal["P1", "P2", "cosine"]
 SPACES: tuple[SpaceName, ...] = ("P1", "P2", "cosine")
 MOST = {"P1": 20_000, "P2": 20_000, "cosine": 500}

@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
 from lure.rod.scheme.crossing import FLOOR, Crossing, Undecided
 from lure.rod.scheme.flight import FreeFlight
 from lure.rod.scheme.poisson import Mean, poisson_columns, poisson_weights, window
 from lure.rod.scheme.register import Inputs, RegisterState, Streams, shifted
-
-Array = NDArray[np.float64]
 
 _LARGEST_GAIN = 100.0
 _MOST_TRIPS = 64

@@ -15,12 +15,11 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.scheme.poisson import parted, poisson_rows, poisson_weights, window
 
-Array = NDArray[np.float64]
 _PIECES = 8
 _NARROW = 1e-13
 _MEETS = 1e-12

@@ -20,6 +20,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
@@ -27,7 +28,6 @@ from lure.rod.scenario import Scenario, initial_state
 from lure.rod.scheme.poisson import Mean, mean_of, poisson_weights
 from lure.rod.scheme.register import RegisterState, ShiftRegister
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Way = Literal["auto", "modes", "poisson"]
 

@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.scheme.crossing import Mesh, Root, Scan, first_root, last_root, mesh_of, peak, rounding, scan
 from lure.rod.scheme.loads import LoadFit, Loads, averaged, fit_loads
 from lure.rod.scheme.poisson import poisson_rows
 from lure.rod.scheme.steps import Plan, Step, Tables, contact_step, exact_step, quadrature, states_at
-
-Array = NDArray[np.float64]
 
 _FINEST = 2.0**-40
 _FIRST, _FIRST_COLLOCATED = 2.0**-2, 2.0**-14  # shares of the longest step

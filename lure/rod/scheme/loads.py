@@ -16,8 +16,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.expressions import Expression
 from lure.expressions.exponentials import Sum, exponentials
@@ -25,8 +25,6 @@ from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.poisson import chebyshev_fit, chebyshev_points, chebyshev_values
-
-Array = NDArray[np.float64]
 
 TERMS = 12
 _END = 1e-6

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.record import Column, Page, derived, described, quantity
 from lure.rod import datasets
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 # From event to event: clock, samples and contacts of a run.
 
-Array: TypeAlias = NDArray[np.float64]
 
 _EARLY = 8
 

@@ -21,12 +21,11 @@ import math
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
-
-Array = NDArray[np.float64]
 
 LARGEST_MEAN = 1e13
 _SERIES = 0.1

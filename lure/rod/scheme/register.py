@@ -9,11 +9,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.discretisation import UpwindScheme
 from lure.rod.transfer import RodPlant
-
-Array = NDArray[np.float64]
 
 _BLOCK = 64
 

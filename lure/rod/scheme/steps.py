@@ -12,15 +12,13 @@ from __future__ import annotations
 from dataclasses import field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from lure.arrays import Reals as Array
 from lure.record import described, quantity
 from lure.rod.scheme.crossing import Mesh, mesh_of
 from lure.rod.scheme.loads import TERMS, LoadFit, LoadGrid, load_grid
 from lure.rod.scheme.poisson import chebyshev_sequences, chebyshev_values, poisson_columns, poisson_rows
 from lure.rod.scheme.register import Inputs, ShiftRegister, Streams, body_history, shifted
-
-Array = NDArray[np.float64]
 
 _SPACING, _NEAR = 0.5, 16.0
 _SMALL_RING = 40
