@@ -8,6 +8,8 @@ Fixpoint dot (u : list Z) (z : list R) : R :=
   match u, z with a :: u', x :: z' => IZR a * x + dot u' z' | _, _ => 0 end.
 
 Fixpoint norm2 (z : list R) : R := match z with x :: z' => x * x + norm2 z' | [] => 0 end.
+Lemma norm2_nonneg : forall z, 0 <= norm2 z.
+Proof. induction z as [|x z IH]; cbn [norm2]; [lra|]; pose proof (Rle_0_sqr x); unfold Rsqr in *; lra. Qed.
 
 (* An upper triangle by rows: the entry on the diagonal, and those beside it, each of which counts twice. *)
 Definition triangle := list (Z * list Z).

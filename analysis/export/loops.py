@@ -52,6 +52,14 @@ def of_states(A: Matrix, B: Matrix, C: Matrix, D: Matrix, *, discrete: bool) -> 
     )  # fmt: skip
 
 
+def of_one(system: Data) -> Loop:
+    """A plant of one channel by two polynomials or by matrices."""
+    if system["kind"] == "transfer":
+        return of_transfer(system)
+    A, b, c, d, discrete = realised(system, Fraction(0))
+    return of_states(A, [[v] for v in b], [c], [[d]], discrete=discrete)
+
+
 def candidates(certificate: Data) -> Iterator[Loop]:
     """The loop of a certificate with a ``V`` of more and more digits.
 
@@ -105,13 +113,9 @@ def _one(certificate: Data) -> Iterator[Loop]:
     rest = None if zero is None or d else (numbers(zero["right"]), numbers(zero["left"]), int(zero["pivot"]))
     if not rows and rest is None:
         raise refused("its one state is an eigenvalue 0, and it has a feedthrough")
+    loop, lead = of_one(system), Fraction(1)
     if system["kind"] == "transfer":
-        loop, (_, bottom, _) = of_transfer(system), coefficients(system)
-        lead = (loop.sigma[0][-1] * low + bottom[0]) ** 2  # the states of `realised` are this times xi
-    else:
-        given = realised(system, Fraction(0))
-        loop = of_states(given[0], [[v] for v in given[1]], [given[2]], [[given[3]]], discrete=discrete)
-        lead = Fraction(1)
+        lead = (loop.sigma[0][-1] * low - loop.phi[0][-1]) ** 2  # the states of `realised` are this times xi
     shape = loop.sigma[0][: len(A)]
     weights = [Fraction(2) if high == INF else 2 / (high - low)]
     loop = replace(loop, bounds=[(low, high)], weights=weights, theta=[theta], rows=rows, rest=rest, each=each)

@@ -9,15 +9,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.powers import lifted, monomials
 from lure.analysis.certificates.states import classes
 from lure.analysis.export.falling import FallingTheorem
-from lure.analysis.export.loops import of_transfer
-from lure.analysis.export.quadratic import Loop, Term, bilinear, nonnegative, rounded, whole
-from lure.analysis.export.words import folded, integers, number, refused, whole_file
+from lure.analysis.export.loops import of_one
+from lure.analysis.export.quadratic import Loop, Matrix, Term, Vector, bilinear, definite, less, rounded, whole
+from lure.analysis.export.words import combined, folded, integers, number, refused, whole_file
 
-MOST_PRODUCTS = 15  # more take Coq minutes
+MOST_PRODUCTS = 24  # more take Coq minutes
 MOST_SCALE, BITS = 400, (12, 16, 20, 24, 32, 48, 64, 96)
 Rows = list[list[int]]
 
@@ -35,14 +34,12 @@ def powers_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: its plant has matrices or a feedthrough, it has many products, or it leaves too little room.
+        An ``InputError``: it has many products, or it leaves too little room.
     """
-    top, den, _ = coefficients(data["system"]) if data["system"]["kind"] == "transfer" else ([], [], False)
-    if not top or len(top[0][1]) == len(den):
-        raise refused("a form of higher degree has an export for a plant of two polynomials without feedthrough")
-    loop = of_transfer(data["system"])
+    loop = of_one(data["system"])
     low, high = (Fraction(v) for v in classes(data["laws"]).sector)
-    return _Powers(data, replace(loop, bounds=[(low, high)], theta=[Fraction(0)]), low, high).text(claim)
+    rows = [row[: len(loop.now)] for row in loop.now]
+    return _Powers(data, replace(loop, bounds=[(low, high)], theta=[Fraction(0)], rows=rows), low, high).text(claim)
 
 
 class _Powers(FallingTheorem):
@@ -57,9 +54,8 @@ class _Powers(FallingTheorem):
                 f"a form in {len(self.exponents)} products of powers takes Coq minutes; those in up to {MOST_PRODUCTS} "
                 "have an export"
             )
-        self.last = [[v / loop.phi[0][-1] for v in self._closed(g)] for g in (low, high)]
-        units = [[Fraction(j == i + 1) for j in range(self.order)] for i in range(self.order - 1)]
-        given = [lifted([*units, row], self.exponents) for row in self.last]
+        self.closed = [self._closed(g) for g in (low, high)]
+        given = [lifted(self.end(side), self.exponents) for side in (0, 1)]
         _, self.unit = whole([v for rows in given for row in rows for v in row])
         self.rows = [[whole(row, self.unit)[0] for row in rows] for rows in given]
         for bits in (*BITS, 0):
@@ -101,15 +97,21 @@ class _Powers(FallingTheorem):
                 found[tuple(a + b for a, b in zip(e, f, strict=True))].append((i, j))
         return list(found.values())
 
-    def _closed(self, gain: Fraction) -> list[Fraction]:
-        """``den + g num`` but for its leading coefficient, with the sign of ``phi``, the lowest coefficient first."""
-        return [gain * s - v for s, v in zip(self.loop.sigma[0][:-1], self.loop.phi[0][:-1], strict=True)]
+    def _closed(self, gain: Fraction) -> tuple[Vector, Fraction]:
+        """``p`` and ``q > 0`` with ``q u = p x``, where ``u`` is the last number of ``z``."""
+        *p, q = less(self.loop.phi[0], gain, self.loop.sigma[0])
+        return ([-v for v in p], q) if q > 0 else (p, -q)
+
+    def end(self, side: int) -> Matrix:
+        """The matrix of the loop with the gain at one end."""
+        p, q = self.closed[side]
+        return [less(row[:-1], -row[-1] / q, p) for row in self.loop.then]
 
     def _times(self) -> int:
         """By which the fall of ``V`` is above the squares; 0 if that is not shown."""
         n = len(self.exponents)
         places = [[int(i == j) for j in range(n)] for i in range(n)]
-        sides = list[tuple[list[Term], list[Term]]]()
+        sides = [(bilinear(self.P, places, places), list[Term]())]
         for rows, Z in zip(self.rows, self.zero, strict=True):
             falls = [
                 *bilinear(self.P, places, rows, -1),
@@ -117,11 +119,12 @@ class _Powers(FallingTheorem):
                 *bilinear(Z, places, places),
             ]
             sides.append((falls, [(-1, row, row) for row in (*places, *rows)]))
-        if not nonnegative(bilinear(self.P, places, places), n) or not all(nonnegative(V, n) for V, _ in sides):
-            return 0
-        for power in range(0, MOST_SCALE, 4):
-            if all(nonnegative([*((c << power, u, v) for c, u, v in V), *less], n) for V, less in sides):
-                return 1 << power
+        for power in (MOST_SCALE, *range(0, MOST_SCALE, 4)):
+            if all(definite([*((c << power, u, v) for c, u, v in V), *less], n) for V, less in sides):
+                if power < MOST_SCALE:
+                    return 1 << power
+            elif power == MOST_SCALE:
+                break
         return 0
 
     def groups(self, Z: Rows) -> str:
@@ -165,24 +168,23 @@ class _Powers(FallingTheorem):
 
     def derivative(self, side: int, names: list[str]) -> str:
         """The state's derivative with the gain at one end, of numbers with these names."""
-        last = " + ".join(f"{number(v)} * {name}" for v, name in zip(self.last[side], names, strict=True) if v) or "0"
-        return f"[{'; '.join([*names[1:], last])}]"
+        return f"[{'; '.join(combined(row, names) for row in self.end(side))}]"
 
     def statement(self) -> list[str]:
         """The theorem and its proof."""
-        n, N, told = self.order, len(self.exponents), self.hypotheses()
-        binders, names = self.binders()
-        entries = [f"xi {k}%nat t" for k in range(n + 1)]
-        xs, dxs = ([f"xi {k}%nat" for k in range(a, a + n)] for a in (0, 1))
+        n, N = self.order, len(self.exponents)
+        *entries, last = (f"({self.entry(k)})" for k in range(n + 1))
+        xs = [self.entry(k).removesuffix(" t") for k in range(n)]
+        dxs = [f"fun t => {self.sum(row)}" for row in self.loop.then]
         low, high = number(self.low), number(self.high)
         held = "(class t)" if self.families[0].varying else "class"
-        lines = [f"Theorem stable : forall{binders} (xi : {self.kind}),", *(f"  ({text}) ->" for _, text in told)]
-        lines += ["  " + " /\\ ".join(f"tends_to (xi {k}%nat) 0" for k in range(n)) + ".", "Proof."]
-        lines += [f"  intros {' '.join([*names, 'xi', *(name for name, _ in told)])}."]
+        (p, q), (p_, q_) = self.closed
+        ends = [self.derivative(side, entries) for side in (1, 0)]
+        lines = self.opening()
         for name, side in (("X", xs), ("X'", dxs)):
             lines.append(f"  pose ({name} := fun t : R => map (fun f : R -> R => f t) [{'; '.join(side)}]).")
         test = f"{N} P lower upper (vanishing_terms zero_l) (vanishing_terms zero_k) {self.unit} {self.times}"
-        ends = [self.derivative(side, [f"({v})" for v in entries[:n]]) for side in (1, 0)]
+        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
         lines += [
             f"  assert (lim := powers_in_time {test}",
             "    (fun t => map (fun e => mono e (X t)) exponents)",
@@ -193,17 +195,19 @@ class _Powers(FallingTheorem):
             "  - intro t; rewrite map_length; reflexivity.",
             "  - intro t; rewrite map_length; reflexivity.",
             f"  - apply (monos_derivable exponents [{'; '.join(xs)}] [{'; '.join(dxs)}]); intros t Ht.",
-            "    repeat (apply Forall2_cons; [apply derivatives; [lia|exact Ht]|]); apply Forall2_nil.",
+            *(f"    apply Forall2_cons; [{self.derived(k)}|]." for k in range(n)),
+            "    apply Forall2_nil.",
             "  - intro t; split; apply vanishing_sound; [exact zero_l_vanishes|exact zero_k_vanishes].",
             "  - intros t Ht.",
-            "    assert (E : phi_ (sigma xi t) = - den xi t) by (rewrite (closed t Ht); ring).".replace(
-                "phi_", self.phi(0)
-            ),
+            f"    assert (E : {self.phi(0)} ({self.sigma(0)}) = {self.value(0)}) by ({shown}).",
             f"    destruct (gain_of {low} {high} ({self.phi(0)}) _ _ {held} ltac:(lra) E) as [d [D F]]; clear E.",
-            f"    destruct (between_ends {low} {high} d D) as [r [R01 ->]]; exists r; split; [exact R01|].",
+            f"    destruct (between_ends {low} {high} d D) as [r [R01 ->]].",
+            f"    destruct (mean_of_ends r {number(q)} {number(q_)} ({combined(p, entries)})",
+            f"      ({combined(p_, entries)}) {last} R01 ltac:(lra) ltac:(lra)) as [s [S01 U]];",
+            f"      [unfold {'den, ' * self.transfer}sigma in F; lra|]; exists s; split; [exact S01|].",
             f"    apply (mixed_ends exponents (X t) {ends[1]}",
             f"      {ends[0]}); [reflexivity| |apply lower_is|apply upper_is].",
-            "    unfold X'; cbn [map lcomb]; unfold den, sigma in F.",
+            "    unfold X'; cbn [map lcomb].",
             "    repeat (apply (f_equal2 cons); [lra|]); reflexivity. }",
         ]
         for k in range(n):
@@ -211,10 +215,17 @@ class _Powers(FallingTheorem):
             i = self.exponents.index(tuple(power * (j == k) for j in range(n)))
             lines += ["  apply conj."] * (k < n - 1)
             lines += [
-                f"  {{ apply (tends_to_power (xi {k}%nat) {power}); [lia|].",
+                f"  {{ apply (tends_to_power ({xs[k]}) {power}); [lia|].",
                 f"    apply (tends_to_part 1 _ (fun t => nth {i} (map (fun e => mono e (X t)) exponents) 0));",
                 "      [lra| |].",
                 "    - intro t; unfold X, exponents; cbn [map nth mono]; ring.",
                 "    - apply all; lia. }",
             ]
         return [*lines, "Qed."]
+
+    def derived(self, k: int) -> str:
+        """That a state has the derivative that it should have."""
+        if not self.transfer:
+            return f"exact (flow{k} t Ht)"
+        same = f"apply (derivable_same (xi {k}%nat) _ t (xi {k + 1}%nat t))"
+        return f"{same}; [reflexivity|cbv beta; ring|apply derivatives; [lia|exact Ht]]"

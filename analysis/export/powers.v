@@ -1,3 +1,65 @@
+(* ---- A test that a form is nowhere negative, in numbers of bounded length: what a step of Lagrange's reduction cuts
+   off, entries between 0 and 2^k, is made up for by 2^k times as many squares as there are variables left. ---- *)
+
+Definition cut (k : Z) (v : list Z) : list Z := map (fun a => Z.shiftr a k) v.
+Definition below (n : nat) (k : Z) (M : triangle) : triangle :=
+  map (fun r => (Z.shiftr (fst r) k - Z.of_nat n, cut k (snd r))%Z) M.
+Fixpoint definite (n : nat) (M : triangle) : bool :=
+  match n, M with
+  | O, _ => true
+  | S n', (a, v) :: M' =>
+      let rest := madd (mscale (2 * a) M') (product (-1) v v) in
+      (0 <? a)%Z && (n' <=? length rest)%nat && definite n' (below n' (Z.log2 a + 1) rest)
+  | _, [] => false
+  end.
+Lemma cut_off : forall k a, (0 <= k)%Z -> exists r, IZR a = IZR (2 ^ k) * IZR (Z.shiftr a k) + r /\ 0 <= r <= IZR (2 ^ k).
+Proof.
+  intros k a K; rewrite Z.shiftr_div_pow2 by exact K.
+  pose proof (Z.pow_pos_nonneg 2 k ltac:(lia) K) as P; pose proof (Z.mod_pos_bound a (2 ^ k) P).
+  exists (IZR (a mod 2 ^ k)); rewrite <- mult_IZR, <- plus_IZR, <- Z_div_mod_eq_full.
+  split; [reflexivity|split; apply IZR_le; lia].
+Qed.
+Lemma cut_sound : forall k x v z, (0 <= k)%Z ->
+  - (IZR (2 ^ k) * (INR (length z) * (x * x) + norm2 z)) <= 2 * x * (dot v z - IZR (2 ^ k) * dot (cut k v) z).
+Proof.
+  intros k x v z K; pose proof (IZR_le 0 _ (Z.pow_nonneg 2 k ltac:(lia))) as P.
+  assert (X : 0 <= x * x) by apply Rle_0_sqr; revert z; induction v as [|a v IH]; intro z.
+  - pose proof (Rmult_le_pos _ _ (pos_INR (length z)) X) as I; pose proof (norm2_nonneg z).
+    pose proof (Rmult_le_pos _ _ P (Rplus_le_le_0_compat _ _ I H)); cbn [cut map dot]; lra.
+  - destruct z as [|y z]; cbn [cut map dot length norm2]; [cbn [INR]; lra|].
+    specialize (IH z); rewrite S_INR; destruct (cut_off k a K) as [r [-> [R0 R1]]].
+    assert (Y : 0 <= y * y) by apply Rle_0_sqr.
+    pose proof (Rmult_le_pos _ _ R0 (Rle_0_sqr (x + y))) as A; unfold Rsqr in A.
+    pose proof (Rmult_le_pos (IZR (2 ^ k) - r) (x * x + y * y) ltac:(lra) ltac:(lra)) as B.
+    unfold cut in IH; lra.
+Qed.
+Lemma below_sound : forall n k M z, (0 <= k)%Z -> (length z <= length M)%nat -> (length z <= n)%nat ->
+  IZR (2 ^ k) * ((INR n - INR (length z)) * norm2 z) <= qf M z - IZR (2 ^ k) * qf (below n k M) z.
+Proof.
+  intros n k M z K; pose proof (IZR_le 0 _ (Z.pow_nonneg 2 k ltac:(lia))) as P; revert z.
+  induction M as [|[a v] M IH]; intros [|x z] L N; cbn [below map qf length norm2 fst snd] in *; try lia; try lra.
+  specialize (IH z ltac:(lia) ltac:(lia)); pose proof (cut_sound k x v z K) as C.
+  destruct (cut_off k a K) as [r [-> [R0 R1]]]; rewrite minus_IZR, <- INR_IZR_INZ, S_INR.
+  pose proof (Rmult_le_pos _ _ R0 (Rle_0_sqr x)) as X; pose proof (Rmult_le_pos _ _ P (Rle_0_sqr x)) as Y.
+  unfold Rsqr in X, Y; unfold below in IH; lra.
+Qed.
+Lemma definite_sound : forall n M z, definite n M = true -> length z = n -> 0 <= qf M z.
+Proof.
+  induction n as [|n IH]; intros M z H L; destruct z as [|x z]; try discriminate.
+  - destruct M as [|[a v] M]; cbn [qf]; lra.
+  - destruct M as [|[a v] M]; [discriminate|]; cbn [definite] in H; cbn zeta in H; injection L as L.
+    rewrite !andb_true_iff, Z.ltb_lt, Nat.leb_le in H; destruct H as [[pos long] H].
+    pose proof (Z.log2_nonneg a) as K; pose proof (IH _ z H L) as D.
+    pose proof (below_sound n (Z.log2 a + 1) _ z ltac:(lia) ltac:(rewrite L; exact long) ltac:(lia)) as B.
+    rewrite L, Rminus_diag_eq, Rmult_0_l, Rmult_0_r, qf_add, qf_scale, qf_product, mult_IZR in B by reflexivity.
+    pose proof (IZR_le 0 _ (Z.pow_nonneg 2 (Z.log2 a + 1) ltac:(lia))) as Q; pose proof (Rmult_le_pos _ _ Q D).
+    apply IZR_lt in pos; cbn [qf]; apply (Rmult_le_reg_l (IZR a)); [exact pos|].
+    pose proof (Rle_0_sqr (IZR a * x + dot v z)) as S0; unfold Rsqr in S0; lra.
+Qed.
+Definition positive (n : nat) (ts : list term) : bool := definite n (matrix ts).
+Lemma positive_sound : forall n ts z, positive n ts = true -> length z = n -> 0 <= value ts z.
+Proof. intros n ts z H L; pose proof (definite_sound n _ z H L) as D; rewrite value_matrix in D; lra. Qed.
+
 (* ---- V = m'P m of the products m of powers of the state: it falls with the gains at both ends ---- *)
 
 Fixpoint mono (e : list nat) (x : list R) : R :=
@@ -26,11 +88,11 @@ Qed.
 
 Definition places (n from : nat) (d : Z) : list (list Z) := map (fun i => repeat 0%Z (from + i) ++ [d]) (seq 0 n).
 Definition falls_at_end (n : nat) (P L : list (list Z)) (zero : list term) (K : Z) : bool :=
-  nonneg n (times K (times (-1) (bilinear P (places n 0 1) L ++ bilinear P L (places n 0 1)) ++ zero)
+  positive n (times K (times (-1) (bilinear P (places n 0 1) L ++ bilinear P L (places n 0 1)) ++ zero)
             ++ times (-1) (squares (places n 0 1) ++ squares L)).
 Definition powers_fall (n : nat) (P L M : list (list Z)) (zero_l zero_k : list term) (d K : Z) : bool :=
   (0 <? d)%Z && (0 <? K)%Z && (length L =? n)%nat && (length M =? n)%nat &&
-  nonneg n (bilinear P (places n 0 1) (places n 0 1)) && falls_at_end n P L zero_l K && falls_at_end n P M zero_k K.
+  positive n (times K (bilinear P (places n 0 1) (places n 0 1))) && falls_at_end n P L zero_l K && falls_at_end n P M zero_k K.
 
 Lemma at_places : forall d u v, at_ (places (length v) (length u) d) (u ++ v) = map (Rmult (IZR d)) v.
 Proof.
@@ -88,7 +150,7 @@ Proof.
     norm2 (m t) + norm2 (at_ N_ (m t))
     <= - (IZR K * (sumprod (m t) (map (fun r => dot r (at_ N_ (m t))) P)
       + sumprod (at_ N_ (m t)) (map (fun r => dot r (m t)) P)))).
-  { intros N_ zero test t z0; pose proof (nonneg_sound n _ (m t) test (len t)) as H.
+  { intros N_ zero test t z0; pose proof (positive_sound n _ (m t) test (len t)) as H.
     repeat (rewrite value_app in H || rewrite value_times in H); rewrite !value_bilinear, !squares_at, z0 in H.
     rewrite !own in H by apply len; lra. }
   assert (scaled : forall r us, dot r (map (Rmult (IZR d)) us) = IZR d * dot r us).
@@ -104,7 +166,8 @@ Proof.
       assert (Lu : length (firstn n w) = n) by (rewrite firstn_length; lia).
       rewrite <- (firstn_skipn n w); unfold fs; rewrite <- Lu at 1; rewrite at_places_first, V_scaled.
       apply Rmult_le_pos; [apply Rlt_le; now apply Rmult_lt_0_compat|].
-      pose proof (nonneg_sound n _ (firstn n w) low Lu) as H; rewrite value_bilinear, Rw in H by exact Lu; exact H.
+      pose proof (positive_sound n _ (firstn n w) low Lu) as H; rewrite value_times, value_bilinear, Rw in H by exact Lu.
+      apply (Rmult_le_reg_l (IZR K)); [exact Kp|rewrite Rmult_0_r; exact H].
     - intro t; unfold z; rewrite app_length, map_length, len, len'; lia.
     - unfold flows, fs, gs, places; apply Forall2_map; intros j J t T; apply in_seq in J.
       apply (derivable_same (fun s => IZR d * nth j (m s) 0) _ t (IZR d * nth j (m' t) 0)).
@@ -133,7 +196,7 @@ Proof.
       assert (H2 : (1 - r) * (w + norm2 u) <= (1 - r) * - (IZR K * (a + a'))) by (apply Rmult_le_compat_l; lra).
       assert (H3 : w + c <= - (IZR K * (r * (b + b') + (1 - r) * (a + a')))) by lra.
       assert (d1 : 1 <= IZR d) by (apply (IZR_le 1); apply lt_IZR in dp; lia).
-      assert (cpos : 0 <= c) by (unfold c; clear; induction (lcomb r (1 - r) v u) as [|x0 y0 IH]; cbn; nra).
+      assert (cpos : 0 <= c) by apply norm2_nonneg.
       assert (D2 : 1 <= IZR d * IZR d) by nra.
       assert (H4 : IZR d * IZR d * (w + c) <= IZR d * IZR d * - (IZR K * (r * (b + b') + (1 - r) * (a + a'))))
         by (apply Rmult_le_compat_l; lra).
@@ -210,6 +273,18 @@ Lemma mixed_ends : forall es x u v w d r L M, length u = length v -> w = lcomb r
 Proof.
   intros es x u v w d r L M E -> -> ->; induction es as [|e es IH]; [reflexivity|]; cbn [map lcomb]; rewrite IH; f_equal.
   rewrite dmono_lcomb by congruence; ring.
+Qed.
+(* Between the ends u is the mean of what it is there, with weights q > 0. *)
+Lemma mean_of_ends : forall r l h p q u, 0 <= r <= 1 -> 0 < l -> 0 < h -> u * (r * h + (1 - r) * l) = r * q + (1 - r) * p ->
+  exists s, 0 <= s <= 1 /\ u = s * (q / h) + (1 - s) * (p / l).
+Proof.
+  intros r l h p q u R L H E; pose proof (Rmult_le_pos r h ltac:(lra) ltac:(lra)) as A.
+  pose proof (Rmult_le_pos (1 - r) l ltac:(lra) ltac:(lra)) as B.
+  assert (P : 0 < r * h + (1 - r) * l).
+  { destruct (Rle_or_lt r (1 / 2)); [pose proof (Rmult_lt_0_compat (1 - r) l ltac:(lra) L)|pose proof (Rmult_lt_0_compat r h ltac:(lra) H)]; lra. }
+  exists (r * h / (r * h + (1 - r) * l)); split.
+  - split; apply (Rmult_le_reg_r (r * h + (1 - r) * l)); try exact P; unfold Rdiv; rewrite ?Rmult_assoc, ?Rinv_l; lra.
+  - apply (Rmult_eq_reg_r (r * h + (1 - r) * l)); [rewrite E; field|]; lra.
 Qed.
 Lemma tends_to_power : forall f p, (0 < p)%nat -> tends_to (fun t => f t ^ p) 0 -> tends_to f 0.
 Proof.

@@ -184,6 +184,22 @@ def semidefinite(rows: list[list[int]]) -> bool:
     return True
 
 
+def definite(terms: Iterable[Term], size: int) -> bool:
+    """``positive`` of the Coq files: the same in numbers of bounded length, where the form is above 0."""
+    rows = matrix_of(terms, size)
+    while rows:
+        (a, *v), *rest = rows
+        if a <= 0:
+            return False
+        rows = [
+            [(2 * (a * x - v[i] * y) >> a.bit_length()) for x, y in zip(row, v[i:], strict=True)]
+            for i, row in enumerate(rest)
+        ]
+        for row in rows:
+            row[0] -= len(rest)
+    return True
+
+
 def bilinear(P: list[list[int]], left: list[list[int]], right: list[list[int]], sign: int = 1) -> list[Term]:
     """``sum P_ij (left_i z)(right_j z)``."""
     return [(sign, u, [int(v) for v in mix(row, right)]) for row, u in zip(P, left, strict=True)]

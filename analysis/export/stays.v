@@ -17,8 +17,6 @@ Fixpoint polar (M : triangle) (z w : list R) : R :=
 
 Lemma row_size_nonneg : forall u, 0 <= IZR (row_size u).
 Proof. induction u as [|a u IH]; cbn [row_size]; [lra|]; rewrite plus_IZR, abs_IZR; pose proof (Rabs_pos (IZR a)); lra. Qed.
-Lemma norm2_nonneg : forall z, 0 <= norm2 z.
-Proof. induction z as [|x z IH]; cbn [norm2]; [lra|nra]. Qed.
 Lemma size_nonneg : forall M, 0 <= IZR (size_of M).
 Proof.
   induction M as [|[a v] M IH]; cbn [size_of]; [lra|]; rewrite !plus_IZR, abs_IZR.

@@ -17,7 +17,7 @@ from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
-from lure.analysis.export.quadratic import matrix_of, nonnegative, rounded
+from lure.analysis.export.quadratic import definite, matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
@@ -198,19 +198,37 @@ def test_popov_with_a_feedthrough_compiles_and_falsified_files_do_not(library):
         assert not compiled(library, changed(text, right, wrong))[0]
 
 
+# s^2 + s + 1 in [0, 7/2] (the circle criterion ends at 3), in states, and with 1/7 beside it, where 7 becomes 7/(1 + 1)
 @needs_coq
 @pytest.mark.thorough
-def test_forms_of_higher_degree_compile_and_falsified_ones_do_not(library):
-    text = coq_text(check(KEPT["homogeneous-lyapunov"]))  # s^2 + s + 1 in [0, 7/2]; the circle criterion ends at 3
-    assert "(forall t, in_sector 0 (7 / 2) (phi t)) ->" in text
+@pytest.mark.parametrize("form", ["polynomials", "matrices", "feedthrough"])
+def test_forms_of_higher_degree_compile_and_falsified_ones_do_not(form, library):
+    kept, upper, place = KEPT["homogeneous-lyapunov"], "(7 / 2)", "1 * xi 1%nat t"
+    if form == "matrices":
+        states = {"A": [["0", "1"], ["-1", "-1"]], "b": ["0", "1"], "c": ["1", "0"], "d": "0"}
+        kept, place = kept | {"system": {"kind": "state-space", "time": "continuous", **states}}, "(-1) * x 1%nat t"
+    if form == "feedthrough":
+        laws, tops = kept["laws"] | {"sector": ["0", "7"]}, {"numerator": ["1/7", "1/7", "8/7"]}
+        kept, upper = kept | {"laws": laws, "system": kept["system"] | tops}, "7"
+    text = coq_text(complete_and_check(kept))
+    assert f"(forall t, in_sector 0 {upper} (phi t)) ->" in text
     ok, said = compiled(library, text)
     assert ok, said
+    assert resting_on_axioms(said)
     for right, wrong in (
-        ("in_sector 0 (7 / 2)", "in_sector 0 (9 / 2)"),
-        ("+ 1 * xi 1%nat t", "+ (-1) * xi 1%nat t"),
+        (f"in_sector 0 {upper}", "in_sector 0 (19 / 2)"),
+        (f" {place}", f" (-2) * {place.partition('* ')[2]}"),
         ("Definition P : list (list Z) := [[", "Definition P : list (list Z) := [[-"),
     ):
-        assert not compiled(library, changed(text, right, wrong))[0]
+        assert not compiled(library, changed(text, right, wrong))[0], right
+
+
+# (2 x + 3 y)^2 + y^2/2^30 leaves 2^-30 beside a square: seen with 2^40 in front, where what is cut off is below 4
+def test_what_a_step_cuts_off_is_made_up_for():
+    square = [(1 << 40, [2, 3], [2, 3])]
+    assert definite([*square, (1 << 10, [0, 1], [0, 1])], 2)
+    assert not definite(square, 2)
+    assert not definite([*square, (-1, [0, 1], [0, 1])], 2)
 
 
 @needs_coq
