@@ -122,7 +122,7 @@ class _Powers(FallingTheorem):
         for power in (MOST_SCALE, *range(0, MOST_SCALE, 4)):
             if all(definite([*((c << power, u, v) for c, u, v in V), *less], n) for V, less in sides):
                 if power < MOST_SCALE:
-                    return 1 << power
+                    return int(1 << power)
             elif power == MOST_SCALE:
                 break
         return 0
