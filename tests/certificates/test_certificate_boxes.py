@@ -5,16 +5,21 @@ from contextlib import nullcontext
 from fractions import Fraction
 from importlib import resources
 from itertools import product
+from math import comb, prod
 
 import jsonschema
 import pytest
+from flint import fmpq_mat
 
 from lure.analysis.certificates import boxes
 from lure.analysis.certificates.arithmetic import Form, Malformed, Rejected, real
 from lure.analysis.certificates.blocks import block
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import boxes as second
+from lure.analysis.certificates.second import channel_boxes
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
 from tests.support.tampering import assert_both_reject, edited, refused_again
@@ -221,6 +226,42 @@ SEVERAL = {
 }
 
 
+def value(p, t):
+    """A polynomial in several t at one of them, in the arithmetic of the second checker."""
+    weighed = [
+        second.to_fmpq(prod((v**i for v, i in zip(t, powers, strict=True)), start=F(1))) * c for powers, c in p.items()
+    ]
+    return sum(weighed[1:], weighed[0])
+
+
+def test_the_second_checker_has_the_same_plants_of_a_box():
+    late, several = second.read_plants(LATE), channel_boxes.read_plants(SEVERAL)
+    point = [F(2), F(3, 2)]
+    assert (late.waits(late.box), late.degrees) == ((F(1, 2), 9), (3, 2))
+    assert late.at(point) == boxes.plants(LATE).at(point)
+    one, found = boxes.matrices(SEVERAL).plant(point), several.at(point)
+    assert [[[F(v) for v in row] for row in found[name]] for name in "ABCD"] == [one.A, one.B, one.C, one.D]
+    assert (several.pattern, several.rates) == (fmpq_mat([[1]]), (1, 0))
+    # within a part of the box: p = 3/4 + t_1/2, q = -1/2 + 2 t_2
+    part, t = ((F(3, 4), F(5, 4)), (F(-1, 2), F(3, 2))), (F(1, 3), F(3, 5))
+    point = [F(3, 4) + t[0] / 2, F(-1, 2) + 2 * t[1]]
+    ((_, top),) = late.at(point)["terms"]
+    for side, own in zip(late.within(part), (top, late.at(point)["denominator"]), strict=True):
+        assert value(side, t) == second.from_descending([F(v) for v in own])
+    c, *rest = (value(side, t) for side in several.within(part))
+    for side, own in zip(rest, (several.at(point)[name] for name in "ABCD"), strict=True):
+        assert side / c[0, 0] == fmpq_mat([[second.to_fmpq(F(v)) for v in row] for row in own])
+
+
+def test_a_polynomial_is_a_mean_of_its_bernstein_coefficients():
+    p = {(0, 0): F(1), (3, 0): F(-5), (1, 2): F(7), (2, 1): F(1, 3)}
+    direct = [
+        sum(c * F(comb(i, a) * comb(j, b), comb(3, a) * comb(2, b)) for (a, b), c in p.items())
+        for i, j in product(range(4), range(3))
+    ]
+    assert sorted(second.bernstein(p, (3, 2))) == sorted(direct)
+
+
 def test_one_plant_of_a_box_has_the_powers_of_its_parameters():
     H, p, q = boxes.plants(LATE), F(2), F(3, 2)
     assert H.waits(H.box) == (F(1, 2), 9)  # 4 + p - 2 q
@@ -299,6 +340,10 @@ def test_boxes_that_say_something_else_are_not_read(system, edits):
         system = edited(system, *path, value=value)
     with pytest.raises((Rejected, Malformed)):
         read(system)
+    if edits == {("parameters", 1, 0): "1"}:  # any text is a name there
+        return
+    with pytest.raises(NotShown):
+        (channel_boxes.read_plants if read is boxes.matrices else second.read_plants)(system)
 
 
 # L |k^2 - Z^2|/(k A E) and (L/E) (max(q, 1/q) - 1), q = k^2/(A^2 rho E), at all corners of three boxes
@@ -344,6 +389,8 @@ def test_the_leaves_cover_their_box_and_no_interval_that_changes_is_cut():
     ):
         with pytest.raises((Rejected, Malformed)):
             list(boxes.leaves(wrong, box))
+        with pytest.raises(NotShown):
+            list(second.leaves(wrong, tuple(box)))
     with pytest.raises(Rejected, match="that changes is cut"):
         list(boxes.leaves(tree, box, [F(0), F(1)]))
 

@@ -1,16 +1,19 @@
 """Certificates about several channels and every plant of a box: both checkers, and what neither may accept."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from importlib import resources
 
 import jsonschema
 import pytest
+from flint import fmpq, fmpq_mat
 
 from lure import NonlinearityClass, Sector
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import channel_boxes
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import class_entries, system_of
 from lure.analysis.questions.gain import l2_gain
@@ -149,3 +152,46 @@ def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
     assert_both_reject(edited(low, "proof", "at", value=["2"]))
     assert_both_reject(edited(low, "proof", "at", value=["1/2"]))
     assert_both_reject(edited(low, "proof", value=dict(low["proof"]["proof"])))
+
+
+# at a = 1 + t_1 and m = 4/5 + 2/5 t_2, against V' and the forms of the classes one by one
+@pytest.mark.parametrize("discrete", [False, True])
+def test_the_forms_of_the_second_checker_are_those_of_each_plant(discrete):
+    F, exact = Fraction, channel_boxes.to_fmpq
+    rows = [["-a/m", "1"], ["0", "-2"]], [["1/m", "1"], ["2", "a/m"]], [["1", "3"], ["a/m", "1/m"]]
+    family = ChannelFamily.of_matrices(*rows, [["0", "0"], ["1", "2/m"]], BOX, *([1] if discrete else []))
+    plants, bounds = channel_boxes.read_plants(system_of(family)), [(F(-1, 2), F(3)), (F(-1), F(2))]
+    sides = tuple(plants.within(plants.box))
+    P = {(0, 0): fmpq_mat([[3, 1], [1, 2]]), (1, 0): fmpq_mat([[1, 2], [2, -1]]), (0, 1): fmpq_mat([[0, 1], [1, 1]])}
+    weights, theta, more = [F(2), F(1, 3)], [F(0) if discrete else F(-3, 4), F(0)], [(F(1, 5), F(-1, 7), F(2, 3)), None]
+    least, falls = channel_boxes._forms(P, (weights, theta, more), bounds, sides, discrete=discrete)
+
+    def at(p, t):
+        weighed = [exact(t[0] ** i * t[1] ** j) * M for (i, j), M in p.items()]
+        return sum(weighed[1:], weighed[0])
+
+    def form(M, x, y):
+        return (x.transpose() * M * y)[0, 0]
+
+    x, phi = fmpq_mat([[2], [-1]]), fmpq_mat([[3], [5]])
+    both = fmpq_mat([*x.tolist(), *phi.tolist()])
+    for t in ((F(1, 3), F(1, 2)), (F(0), F(1))):
+        point = plants.at([1 + t[0], F(4, 5) + F(2, 5) * t[1]])
+        A, B, C, D = (fmpq_mat([[exact(F(v)) for v in row] for row in point[name]]) for name in "ABCD")
+        c, Q, moved, sigma = at(sides[0], t)[0, 0], at(P, t), A * x - B * phi, C * x - D * phi
+        fall, low = form(Q, x, x) - form(Q, moved, moved) if discrete else -2 * form(Q, x, moved), Q
+        for i, ends in enumerate(bounds):
+            (a, b), weight, turn = map(exact, ends), exact(weights[i]), exact(theta[i])
+            s, f, row = sigma[i, 0], phi[i, 0], fmpq_mat([C.tolist()[i]])
+            fall -= 2 * weight * (f - a * s) * (b * s - f) + 2 * turn * f * (row * moved)[0, 0]
+            low += min(turn * a, turn * b) * row.transpose() * row
+            if turn != 0:
+                p, q, r = map(exact, more[i])
+                fall -= p * s * s + 2 * q * (f - a * s) * s + r * (f - a * s) ** 2
+        assert form(at(falls, t), both, both) == c * c * fall
+        assert at(least, t) == c * c * low
+    # -c^2 sum t_j' x'P_j x for the extreme t_j', a' = 1/2 of the width 1, m' = 1 of 2/5
+    moving = replace(plants, rates=(F(1, 2), F(1)), discrete=False)
+    found = [form(at(one, t), both, both) for one in channel_boxes._drifts(P, sides[0], moving, (plants.box, 2))]
+    first, last = (form(P[k], x, x) for k in ((1, 0), (0, 1)))
+    assert sorted(found) == sorted(-c * c * (i * first / 2 + j * last * fmpq(5, 2)) for i in (1, -1) for j in (1, -1))

@@ -4,14 +4,20 @@ from fractions import Fraction as F
 from itertools import pairwise
 
 import pytest
+from flint import fmpq_mat, fmpq_poly
 from handwritten import loop
+from second_plants import assert_accepted_if
 from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates import regions
 from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected
 from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import curves, graphs
+from lure.analysis.certificates.second import regions as second
+from lure.analysis.certificates.second.numerics import to_fmpq
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import Document, NotShown
 
 
 def polynomials(*pieces, cuts=()):
@@ -211,6 +217,8 @@ def test_neither_accepts_another_region(name, edits):
 def test_where_a_polynomial_is_never_negative(p, low, high, ever, strictly):
     given = [F(v) for v in p], *(v if abs(v) == INF else F(v) for v in (low, high))
     assert (regions.never_negative(*given), regions.never_negative(*given, True)) == (ever, strictly)
+    again = fmpq_poly(p), *(None if abs(v) == INF else F(v) for v in (low, high))
+    assert (graphs.nonnegative_between(*again), graphs.positive_inside(*again)) == (ever, strictly)
 
 
 @pytest.mark.parametrize(
@@ -233,6 +241,7 @@ def test_where_a_polynomial_is_never_negative(p, low, high, ever, strictly):
 )
 def test_a_nonlinearity_is_in_a_sector_up_to_its_reach(data, low, high, reach, holds):
     assert regions.graph(data).within(F(low), F(high), F(reach)) is holds
+    assert second._in_sector(graphs.read_graph(data), F(low), F(high), F(reach)) is holds
 
 
 # 2 int phi: sigma^2; sigma^4/2; of the saturation 2 sigma - 1 beyond 1, at 2 three quarters of sigma^2
@@ -258,6 +267,7 @@ def test_a_nonlinearity_is_in_a_sector_up_to_its_reach(data, low, high, reach, h
 )
 def test_the_integral_of_a_nonlinearity_is_bounded(data, least, sign, holds):
     assert regions.graph(data).bounded(F(least), F(2), sign) is holds
+    assert second._integral_bounded(graphs.read_graph(data), F(least), F(2), above=sign > 0) is holds
 
 
 @pytest.mark.parametrize(
@@ -275,15 +285,41 @@ def test_the_integral_of_a_nonlinearity_is_bounded(data, least, sign, holds):
     ],
 )
 def test_lines_with_limits_on_both_sides(data, clip):
+    again = graphs.read_graph(data).clip
     if clip is None:
+        assert again is None
         with pytest.raises((Rejected, Malformed)):
             regions.graph(data).clip()
         return
-    assert regions.graph(data).clip() == tuple(map(F, clip))
+    outer, middle, low, high = map(F, clip)
+    assert regions.graph(data).clip() == (outer, middle, low, high)
+    assert again == (outer, middle, -low, high)
 
 
 def plant(A, B, C, D, *, discrete=False):
     return Plant(*([[F(v) for v in row] for row in side] for side in (A, B, C, D)), discrete=discrete)
+
+
+def rows(M):
+    return fmpq_mat([[to_fmpq(F(v)) for v in row] for row in M])
+
+
+def again(H, *data):
+    """The same loop as the second checker has it."""
+    A, B, C, D = map(rows, H[:4])
+    sides, own = {"F": second._beside(A, -B), "Y": second._beside(C, -D), "D": D}, tuple(map(graphs.read_graph, data))
+    return graphs.Loop(**sides, discrete=H.discrete, graphs=own)
+
+
+def document(H, data, theorem, multiplier, proof):
+    """What the second checker reads."""
+    sides = {name: [[str(v) for v in row] for row in side] for name, side in zip("ABCD", H[:4], strict=True)}
+    system = {"kind": "multivariable", "time": "discrete" if H.discrete else "continuous", **sides}
+    verdict = "REFUTED" if theorem == "counterexample" else "PROVED"
+    given = {"verdict": verdict, "system": system, "theorem": theorem, "multiplier": multiplier, "proof": proof}
+    return Document(
+        **given, nonlinearities={"graphs": data}, nonlinearity=None, conclusion="", hypotheses={}, rate=None
+    )
 
 
 INTEGRAL = {"channel": 1, "theta": "2", "reach": "2", "least": "3/4"}
@@ -316,6 +352,8 @@ def test_what_an_integral_adds():
 def test_integrals_that_do_not_fit_are_refused(H, graph, change):
     with pytest.raises((Rejected, Malformed)):
         regions.integrated(H, [regions.graph(graph)], [INTEGRAL | change], [[F(1)]])
+    with pytest.raises(NotShown):
+        second._with_integrals(again(H, graph), fmpq_mat([[1]]), [INTEGRAL | change])
 
 
 # x' = -x + phi(x), y' = -y: between 1/2 and 2 x' = 99 x - 50 > 0, and what phi is beyond 2 would turn it round
@@ -324,12 +362,17 @@ def test_integrals_that_do_not_fit_are_refused(H, graph, change):
 )
 def test_arcs_are_crossed_as_the_piece_says_in_which_they_lie(ends, control):
     H = plant([[-1, 0], [0, -1]], [[-1], [0]], [[1, 0]], [[0]])
-    graph = regions.graph(polynomials([0], [-50, 100], [-250, 200], cuts=("1/2", 2)))
+    data = polynomials([0], [-50, 100], [-250, 200], cuts=("1/2", 2))
+    graph = regions.graph(data)
     first, last = map(F, ends)
     arc = (first, F(-1, 10)), control and tuple(map(F, control)), (last, F(1, 10))
     regions.crossed(H, [graph], [arc], -1)
     with pytest.raises(Rejected):
         regions.crossed(H, [graph], [arc], 1)
+    corners = tuple(tuple(map(to_fmpq, point)) for point in arc if point)
+    curves.require_crossed(again(H, data), [curves.Arc(corners=corners)], -1)
+    with pytest.raises(NotShown):
+        curves.require_crossed(again(H, data), [curves.Arc(corners=corners)], 1)
 
 
 # x' = x - phi(x), phi = -2 x + 4 x^3, rests at sqrt(3)/2 = .8660
@@ -338,11 +381,15 @@ def test_equilibria_within_a_curve_are_found(size, alone):
     r = F(size)
     ends = [(r, F(0)), (F(0), r), (-r, F(0)), (F(0), -r), (r, F(0))]
     arcs = [(p, None, q) for p, q in pairwise(ends)]
-    graph = regions.graph(polynomials([0, "-2", 0, 4]))
+    data = polynomials([0, "-2", 0, 4])
+    graph = regions.graph(data)
     for H in (
         plant([[1, 0], [0, -2]], [[1], [0]], [[1, 0]], [[0]]),
         plant([[-2, 0], [0, 1]], [[0], [1]], [[0, 1]], [[0]]),
     ):
+        with assert_accepted_if(alone):
+            curve = curves.curve_of(again(H, data), listed(ends))
+            curves.require_one_equilibrium(again(H, data), curve)
         if alone:
             regions.still(H, graph, 1, arcs)
             continue
@@ -360,7 +407,7 @@ OWN = {"channel": 2, "weight": "1/100", "sector": ["-1", "1"], "reach": "1"}
 
 
 @pytest.mark.parametrize(
-    ("H", "second", "term", "P", "holds"),
+    ("H", "own", "term", "P", "holds"),
     [
         (BESIDE, SATURATION, CLIPPED, "45/100", True),
         (BESIDE, SATURATION, CLIPPED, "44/100", False),
@@ -379,17 +426,21 @@ OWN = {"channel": 2, "weight": "1/100", "sector": ["-1", "1"], "reach": "1"}
         (BESIDE, UNKNOWN, {**CLIPPED}, "101/100", False),
     ],
 )
-def test_what_enters_sigma_at_once_narrows_the_ellipsoid(H, second, term, P, holds):
+def test_what_enters_sigma_at_once_narrows_the_ellipsoid(H, own, term, P, holds):
     # phi_2 has a term of its own; phi_1 is known up to |sigma_1| = 2 alone
-    graphs = [regions.graph(UNKNOWN), regions.graph(second)]
+    data = [UNKNOWN, own]
     proof = {"method": "ellipsoid", "P": [[P]]}
-    given = H, graphs, {"terms": [LOCAL, term]}, proof, False
+    given = H, [*map(regions.graph, data)], {"terms": [LOCAL, term]}, proof, False
+    with assert_accepted_if(holds):
+        assert second.shown(document(H, data, "local-circle", given[2], proof)) == second.INSIDE
     if holds:
         assert regions.ellipsoid(*given)
-        with pytest.raises(Rejected):
-            regions.ellipsoid(H, graphs, {"terms": [{**LOCAL, "weight": "0"}, term]}, proof, False)
-        with pytest.raises(Rejected):
-            regions.ellipsoid(H, graphs, {"terms": [{**LOCAL, "reach": "21/10"}, term]}, proof, False)
+        for change in ({"weight": "0"}, {"reach": "21/10"}):
+            terms = {"terms": [LOCAL | change, term]}
+            with pytest.raises(Rejected):
+                regions.ellipsoid(*given[:2], terms, proof, False)
+            with pytest.raises(NotShown):
+                second.shown(document(H, data, "local-circle", terms, proof))
     else:
         with pytest.raises((Rejected, Malformed)):
             regions.ellipsoid(*given)
@@ -397,7 +448,8 @@ def test_what_enters_sigma_at_once_narrows_the_ellipsoid(H, second, term, P, hol
 
 # Around 0 by hand: x' = a x - y, y' = x + a y turns at the rate 1 and grows like e^(a t)
 AROUND = [(4, 0), (3, 3), (0, 4), (-3, 3), (-4, 0), (-3, -3), (0, -4), (3, -3), (4, 0)]
-NONE = regions.graph(polynomials([0]))
+NOTHING = polynomials([0])
+NONE = regions.graph(NOTHING)
 
 
 def turning(a, way=1):
@@ -435,7 +487,15 @@ def test_curves_go_once_around(points, found):
     if found is None:
         with pytest.raises((Rejected, Malformed)):
             regions.once_around(turning(1), [NONE], listed(points))
+        with pytest.raises(NotShown):
+            curves.curve_of(again(turning(1), NOTHING), listed(points))
         return
+    curve = curves.curve_of(again(turning(1), NOTHING), listed(points))
+    assert (curve.sense, curve.factor) == found
+    assert [one.corners for one in curve.arcs] == [
+        tuple((to_fmpq(F(p[k])), to_fmpq(F(p[k + 1]))) for p in (before[-2:], after) for k in range(0, len(p), 2))
+        for before, after in pairwise(points)
+    ]
     sense, factor, arcs = regions.once_around(turning(1), [NONE], listed(points))
     assert (sense, factor) == found
     assert len(arcs) == len(points) - 1
@@ -445,15 +505,17 @@ def test_curves_go_once_around(points, found):
 @pytest.mark.parametrize(
     ("H", "graph"),
     [
-        (turning(1)._replace(discrete=True), NONE),
-        (turning(1)._replace(D=[[F(1)]]), NONE),
-        (plant([[1]], [[0]], [[1]], [[0]]), NONE),
-        (turning(1), regions.graph(UNKNOWN)),
+        (turning(1)._replace(discrete=True), NOTHING),
+        (turning(1)._replace(D=[[F(1)]]), NOTHING),
+        (plant([[1]], [[0]], [[1]], [[0]]), NOTHING),
+        (turning(1), UNKNOWN),
     ],
 )
 def test_curves_are_about_two_states_and_known_nonlinearities(H, graph):
     with pytest.raises(Rejected):
-        regions.once_around(H, [graph], listed(AROUND))
+        regions.once_around(H, [regions.graph(graph)], listed(AROUND))
+    with pytest.raises(NotShown):
+        curves.curve_of(again(H, graph), listed(AROUND))
 
 
 # on the edge of the octagon from (4, 0) to (3, 3) the normal is (3, 1): (3, 1).(a x - y, x + a y) = 12 a + x - 3 y is
@@ -474,6 +536,10 @@ def test_curves_are_about_two_states_and_known_nonlinearities(H, graph):
 )
 def test_curves_are_crossed_outwards(a, way, points, holds):
     given = turning(a, way), [NONE], {"method": "curve", "points": listed(points)}
+    with assert_accepted_if(holds):
+        assert second.shown(document(given[0], [NOTHING], "counterexample", {}, given[2])) == second.AROUND
+    with pytest.raises(NotShown):
+        second.shown(document(given[0], [NOTHING], "counterexample", {}, {**given[2], "orbit": True}))
     if holds:
         assert regions.curve(*given)
         with pytest.raises((Rejected, Malformed)):  # 0 repels what is near
@@ -511,6 +577,8 @@ def test_turns_are_crossed_inwards(a, way, turns, level, holds):
     H, term = turning(a, way), {"channel": 1, "weight": "1/1000", "sector": ["-1", "1"], "reach": "100"}
     proof = {"method": "spiral", "P": [[level], ["0", level]], "turns": [listed(one) for one in turns]}
     given = H, [NONE], {"terms": [term]}, proof
+    with assert_accepted_if(holds):
+        assert second.shown(document(H, [NOTHING], "planar", given[2], proof)) == second.WITHIN
     if holds:
         assert regions.spiral(*given)
     else:

@@ -66,12 +66,9 @@ class Plants:
 
     def waits(self, box: Box) -> tuple[Fraction, Fraction]:
         """The least and the largest dead time, which is affine: at two corners."""
-        first, *rest = self.delay or (Fraction(0),)
-        ends = [
-            first + sum((c * pair[up == (c > 0)] for c, pair in zip(rest, box, strict=bool(self.delay))), Fraction(0))
-            for up in (False, True)
-        ]
-        return ends[0], ends[1]
+        first, *rest = self.delay
+        both = [[c * end for end in pair] for c, pair in zip(rest, box, strict=True)]
+        return first + sum(map(min, both)), first + sum(map(max, both))
 
     def at(self, point: list[Fraction]) -> dict[str, object]:
         """One plant, as in a file."""
@@ -124,9 +121,9 @@ def read_plants(system: Mapping[str, object]) -> Plants:
         powers = tuple(count(e) for e in listed(term["powers"]))
         require(len(powers) == len(box) and max(powers) <= MOST_POWER, "the powers of a term do not fit")
         terms.append((powers, numbers(term["numerator"]), numbers(term["denominator"])))
-    require(len(terms) > 0 and len({powers for powers, *_ in terms}) == len(terms), "terms are missing or there twice")
+    require(len({powers for powers, *_ in terms}) == len(terms), "a term is there twice")
     sizes = {len(side) for _, *both in terms for side in both}
-    require(len(sizes) == 1 and 0 not in sizes, "the terms have coefficients of different number")
+    require(len(sizes) == 1 and 0 not in sizes, "there are no terms, or with coefficients of different number")
     degrees = tuple(max(powers[j] for powers, *_ in terms) for j in range(len(box)))
     delay = tuple(numbers(found["delay"])) if late else ()
     plants = Plants(discrete=found["time"] == "discrete", box=box, degrees=degrees, terms=tuple(terms), delay=delay)
@@ -233,8 +230,9 @@ def leaves(tree: Mapping[str, object], box: Box) -> Iterator[tuple[Box, Mapping[
             continue
         found = record(part, "parameter", "at", "below", "above")
         j, cut = count(found["parameter"]), number(found["at"])
-        require(j < len(own) and own[min(j, len(own) - 1)][0] < cut < own[min(j, len(own) - 1)][1], "a cut is no cut")
+        require(j < len(own), "a cut is no cut")
         low, high = own[j]
+        require(low < cut < high, "a cut is no cut")
         for name, ends in (("above", (cut, high)), ("below", (low, cut))):
             waiting.append((mapping(found[name]), (*own[:j], ends, *own[j + 1 :])))
 
@@ -330,10 +328,8 @@ def _on_late_line(
     turned = {p: Axis(own.e - to_fmpq(theta) * X * own.o, own.o + to_fmpq(theta) * own.e) for p, own in cross.items()}
     parts = [{p: own.e for p, own in turned.items()}, {p: own.o for p, own in turned.items()}]
     plain = {p: ease * own.e for p, own in square.items()}
-    powers = {*turned, *plain}
-    listed = [[*bernstein({p: part.get(p, fmpq_poly([])) for p in powers}, degrees[1])] for part in (plain, *parts)]
-    for plain_part, even, odd in zip(*listed, strict=True):
-        require_whatever_delay((plain_part, even, odd), waits, sides[2].degree(), critical=critical)
+    for forms in zip(*(bernstein(part, degrees[1]) for part in (plain, *parts)), strict=True):
+        require_whatever_delay(forms, waits, sides[2].degree(), critical=critical)
 
 
 def _on_circle(asked: Question, sides: Sides, degrees: tuple[Powers, Powers], *, critical: bool) -> None:
@@ -386,7 +382,6 @@ def bernstein(p: Mapping[Powers, Value], degrees: Powers) -> Iterator[Value]:
     for j, degree in enumerate(degrees):
         lines = dict[Powers, dict[int, Value]]()
         for powers, value in found.items():
-            require(powers[j] <= degree, "a power is beyond the degree")
             lines.setdefault((*powers[:j], 0, *powers[j + 1 :]), {})[powers[j]] = value
         found = {}
         for start, line in lines.items():

@@ -131,9 +131,9 @@ def read_plants(system: Mapping[str, object]) -> Plants:
         require(fit and n > 0 and m > 0, "the matrices of a term do not fit")
         sides = [[[number(term["common"])]], *rows]
         terms.append((powers, tuple(fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for side in sides)))
-    require(len(terms) > 0 and len({powers for powers, _ in terms}) == len(terms), "terms are missing or there twice")
+    require(len({powers for powers, _ in terms}) == len(terms), "a term is there twice")
     sizes = {(sides[1].nrows(), sides[4].nrows()) for _, sides in terms}
-    require(len(sizes) == 1, "the terms have matrices of different order")
+    require(len(sizes) == 1, "there are no terms, or with matrices of different order")
     rates: tuple[Rate, ...] = (Fraction(0),) * len(box)
     if varying:
         rates = tuple(None if rate == "inf" else number(rate) for rate in listed(found["rates"]))

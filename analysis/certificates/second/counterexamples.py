@@ -52,9 +52,7 @@ def orbit_kind(proof: Mapping[str, object], system: Rational, nonlinearities: No
     period = len(u)
     require(0 < period == len(sigma) <= LONGEST, "u and sigma have no common period")
     require(all(-nonlinearity.at(s) == value for s, value in zip(sigma, u, strict=True)), "u is not -phi(sigma)")
-    n, d = system.polynomials
-    shared = n.gcd(d) if n.degree() >= 0 else d
-    top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
+    top, bottom = _coprime(system)
     for t in range(period):
         left = sum((c * sigma[(t + i) % period] for i, c in enumerate(bottom)), Fraction(0))
         right = sum((c * u[(t + i) % period] for i, c in enumerate(top)), Fraction(0))
@@ -84,9 +82,7 @@ def _require_scaled(
     require(0 < p == len(sigma) <= COUNTEREXAMPLES_LONGEST and size not in (0, 1), "u, sigma and the scale do not fit")
     require(rate**p <= size and any(v != 0 for v in sigma), "it falls faster than the rate, or rests")
     require(not nonlinearities.linear and system.feedthrough == 0, "phi is linear, or D is not 0")
-    n, d = system.polynomials
-    shared = n.gcd(d) if n.degree() >= 0 else d
-    top, bottom = ([to_fraction(c) for c in (side // shared).coeffs()] for side in (n, d))
+    top, bottom = _coprime(system)
     later = [[v * s**k for k in range(1 + len(bottom) // p + 1) for v in side] for side in (u, sigma)]
     for t in range(p):
         left = sum((c * later[1][t + i] for i, c in enumerate(bottom)), Fraction(0))
@@ -114,6 +110,12 @@ def _require_scaled(
                     low, high = nonlinearities.slope
                     slope = (v - b) / (y - a)
                     require(claims.at_least(slope, low) and claims.at_most(slope, high), "a slope is not in the class")
+
+
+def _coprime(system: Rational) -> list[list[Fraction]]:
+    """The coefficients of ``n`` and ``d``, lowest power first, without what they share."""
+    n, d = system.polynomials
+    return [[to_fraction(c) for c in (side // n.gcd(d)).coeffs()] for side in (n, d)]
 
 
 def _power(ratio: Fraction, size: Fraction) -> int:

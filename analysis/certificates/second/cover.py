@@ -47,8 +47,7 @@ def require_cover(curve: Curve, proof: object, need: Need) -> None:
         end *= 2
     else:
         raise NotShown("the part without delay does not outweigh the others at high frequencies")
-    if end > at:
-        boxes.append((at, end))
+    boxes.append((at, end))
     with working_precision(BITS):
         require(_positive(curve, boxes), "the inequality is not shown on the boxes")
 

@@ -11,7 +11,7 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 
 from lure.analysis.certificates.second.graphs import Loop, pieces_of, positive_inside
 from lure.analysis.certificates.second.numerics import X, positive_from_zero, to_fmpq, to_fraction
-from lure.analysis.certificates.second.reading import listed, numbers, require
+from lure.analysis.certificates.second.reading import NotShown, listed, numbers, require
 
 LONGEST_CURVE = 20_000
 
@@ -166,8 +166,9 @@ def require_one_equilibrium(loop: Loop, curve: Curve) -> None:
     A, minus_b = (fmpq_mat([[row[i] for i in own] for row in loop.F.tolist()]) for own in ((0, 1), (2,)))
     C = fmpq_mat([loop.Y.tolist()[0][:2]])
     shift = next((g for g in (0, 1) if (A + g * (minus_b * C)).det() != 0), None)
-    require(shift is not None, "equilibria are not isolated")
-    line = -((A + (shift or 0) * (minus_b * C)).inv() * minus_b)
+    if shift is None:
+        raise NotShown("equilibria are not isolated")
+    line = -((A + shift * (minus_b * C)).inv() * minus_b)
     slope = (C * line)[0, 0]  # sigma = slope psi(sigma), psi = phi - shift sigma
     if slope == 0:
         return
@@ -187,7 +188,7 @@ def require_one_equilibrium(loop: Loop, curve: Curve) -> None:
             if start >= end:
                 continue
             own = (1 if reach > 0 else -1) * X
-            rest = own - slope * (piece - (shift or 0) * own)
+            rest = own - slope * (piece - shift * own)
             ends = [rest(to_fmpq(v)) for v in (start, end) if v]
             fine = positive_inside(rest, start, end) or positive_inside(-rest, start, end)
             require(fine and all(v != 0 for v in ends), "there is another equilibrium, or it is not excluded")

@@ -99,8 +99,7 @@ def nonnegative_between(p: fmpq_poly, low: Cut, high: Cut) -> bool:
         The ends.
     """
     if low is None:
-        require(high is not None, "an interval has no end")
-        assert high is not None, "it was required"
+        assert high is not None, "one end is finite"
         return nonnegative_from_zero(p(to_fmpq(high) - X))
     if high is None:
         return nonnegative_from_zero(p(to_fmpq(low) + X))
@@ -125,7 +124,7 @@ def positive_inside(p: fmpq_poly, low: Cut, high: Cut) -> bool:
     if not nonnegative_between(p, low, high) or p.degree() < 0:
         return False
     for end in (low, high):  # roots at the ends are allowed
-        while end is not None and p.degree() > 0 and p(to_fmpq(end)) == 0:
+        while end is not None and p(to_fmpq(end)) == 0:
             p //= X - to_fmpq(end)
     shared = p.gcd(p.derivative())  # a root inside would be a double one, p being nonnegative
     if shared.degree() < 1:

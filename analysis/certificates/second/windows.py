@@ -175,7 +175,6 @@ def _require_dominant(
     weight of the row at ``r^2i``, of the column at ``r^2j``.
     """
     size, samples = len(rows), len(rows) // width
-    folded = rows
     if over_time:  # the later of two samples moved to the middle of a window of 2 T - 1
         wide, ends = ([[Fraction(0)] * (width * (2 * samples - 1)) for _ in range(width)] for _ in range(2))
         for i in range(size):
@@ -190,13 +189,11 @@ def _require_dominant(
             for at, value in enumerate(row):
                 into[at % width] -= abs(value)
         beside = [v for i, row in enumerate(wide) for at, v in enumerate(row) if at != middle + i]
-        negative = any(wide[i][middle + i] < 0 for i in range(width))
     else:
-        out = [2 * row[i] - sum(map(abs, row)) for i, row in enumerate(folded)]
-        into = [2 * folded[j][j] - sum(abs(row[j]) for row in folded) for j in range(size)]
-        beside = [v for i, row in enumerate(folded) for j, v in enumerate(row) if i != j]
-        negative = any(folded[i][i] < 0 for i in range(size))
-    require(not negative and min(*out, *into, Fraction(0)) >= 0, "the form is not doubly dominant")
+        out = [2 * row[i] - sum(map(abs, row)) for i, row in enumerate(rows)]
+        into = [2 * rows[j][j] - sum(abs(row[j]) for row in rows) for j in range(size)]
+        beside = [v for i, row in enumerate(rows) for j, v in enumerate(row) if i != j]
+    require(min(*out, *into) >= 0, "the form is not doubly dominant")
     require(odd or all(v <= 0 for v in beside), "an entry beside the diagonal is above 0")
 
 
