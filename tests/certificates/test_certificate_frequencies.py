@@ -20,7 +20,7 @@ from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
-from lure.analysis.certificates.second.frequencies import read_multiplier
+from lure.analysis.certificates.second.frequencies import read_multiplier, require_weights
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import NotShown
 from lure.files.builtin import builtin_loop
@@ -489,6 +489,16 @@ def test_what_a_multiplier_pays_for(gamma, listed, options, holds):
     odd, gains, blocks = [options.pop("odd")] * m, [options.pop("gains")] * m, options.pop("blocks")
     with nullcontext() if holds else pytest.raises(Rejected):
         frequencies.dominant(given, odd, blocks, gains, **options)
+    written = [f"{i + 1} {j + 1} {c} {a} {order} {'+' if side > 0 else '-'}" for i, j, c, a, order, side in listed]
+    if m == 2 and options.get("operators") == [(range(1), True)]:  # an operator beside a function: none is repeated
+        return
+    turns, rate = options.get("turns", [F(0)] * m), options.get("rate")
+    value = {"gamma": gamma, "theta": [str(v) for v in turns], "kernels": kernels("; ".join(written))}
+    same = [block[0] for block in blocks for _ in block]
+    with nullcontext() if holds else pytest.raises(NotShown):
+        again = read_multiplier("matrix-zames-falb", value, odd, same, gains, options.get("operators", ()), rate)
+        if rate is not None:
+            require_weights(again, [F(1)] * m, rate)
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,18 @@ from importlib import resources
 
 import jsonschema
 import pytest
+from flint import fmpq, fmpq_mat
 from handwritten import nonlinearities
+from second_plants import assert_accepted_if, at
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.second import channels, classes
+from lure.analysis.certificates.second import parts as second
+from lure.analysis.certificates.second.numerics import from_descending
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import Document, NotShown, numbers
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 
@@ -253,7 +259,7 @@ def test_a_nonlinearity_may_be_repeated_over_parts_and_an_operator_on_all_its_ch
     assert isinstance(both(changed(draft, "laws", "repeated", False)), Proved)
 
 
-PARTS = ("proof", "parts")
+PARTS, UNIT = ("proof", "parts"), [["1", "0"], ["0", "1"]]
 
 
 @pytest.mark.parametrize(
@@ -301,3 +307,112 @@ PARTS = ("proof", "parts")
 )
 def test_what_does_not_fit_is_refused_by_both_checkers(draft):
     assert refused(draft)
+
+
+def document(draft, **more):
+    """What the second checker reads."""
+    given = {"law": None, "conclusion": "", "hypotheses": {}, **draft, **more}
+    return Document(nonlinearities=given.pop("laws"), nonlinearity=given.pop("law"), **given)
+
+
+STATE = changed(PROOF, *PARTS, 2, "kind", "state-space")
+LATE_PAIR = changed(LATE, *PARTS, 0, "kind", "multivariable delay")
+
+
+# 2/(s + 1) + 1 of the states and channels that are named, in the order in which they stand
+@pytest.mark.parametrize(
+    ("draft", "place", "system"),
+    [
+        (PROOF, 0, {"A": [["-1", "0"], ["0", "-2"]], "B": UNIT, "C": UNIT, "D": [["0", "0"]] * 2}),
+        (PROOF, 1, {"numerator": ["1"], "denominator": ["1", "1", "0"]}),
+        (PROOF, 2, {"numerator": ["1", "3"], "denominator": ["1", "1"]}),
+        (STABLE, 1, {"numerator": ["0"], "denominator": ["1", "2", "1"]}),
+        (STATE, 2, {"A": [["-1"]], "b": ["1"], "c": ["2"], "d": "1"}),
+        (LATE, 0, {"terms": [["1", ["1"]]], "denominator": ["1", "1"]}),
+        (LATE_PAIR, 0, {"A": [["-1"]], "B": [["1"]], "C": [["0"]], "D": [["0"]], "late": [["1", [["1"]]]]}),
+    ],
+)
+def test_the_second_checker_takes_the_same_parts(draft, place, system):
+    found, stated = second.documents(document(draft))[place], draft["proof"]["parts"][place]
+    time = {} if stated["kind"] == "delay" else {"time": "continuous"}
+    assert found.system == {"kind": stated["kind"], **time, **system}
+    assert (found.theorem, found.multiplier, found.proof) == tuple(
+        stated[k] for k in ("theorem", "multiplier", "proof")
+    )
+    own = [draft["laws"]["channels"][i - 1] for i in stated["channels"]]
+    several = stated["kind"].startswith("multivariable")
+    assert found.nonlinearities == ({"channels": own, "repeated": [1] * len(own)} if several else own[0])
+
+
+@pytest.mark.parametrize(
+    ("draft", "more"),
+    [
+        (PROOF, {"rate": "1/10"}),
+        (PROOF, {"law": {"kind": "tanh", "height": "1", "rate": "1"}}),
+        (PROOF, {"verdict": "OPEN"}),
+        (PROOF, {"theorem": "counterexample"}),
+        (PROOF, {"multiplier": {"lambda": ["1"]}}),
+        (COUNTER, {"multiplier": {"lambda": ["1"]}}),
+        (COUNTER, {"theorem": "parts"}),
+        (COUNTER, {"verdict": "PROVED"}),
+        (changed(STATE, *PARTS, 2, "states", [0]), {}),
+        (changed(STATE, *PARTS, 2, "states", [6]), {}),
+        (changed(STATE, *PARTS, 2, "states", []), {}),
+        (changed(STATE, *PARTS, 0, "states", [4, 1]), {}),
+        (changed(LATE, *PARTS, 0, "kind", "state-space"), {}),
+        (changed(LATE, *PARTS, 0, "kind", "multivariable"), {}),
+        (changed(LATE, *PARTS, 1, "kind", "multivariable delay"), {}),
+        (changed(LATE, *PARTS, 1, "kind", "delay"), {}),
+        (changed(LATE, "system", "late", [["1", UNIT, [["0", "1"], ["0", "0"]]]]), {}),  # what comes back joins
+    ],
+)
+def test_the_second_checker_takes_no_others(draft, more):
+    with pytest.raises(NotShown):
+        second.documents(document(draft, **more))
+
+
+@pytest.mark.parametrize(
+    ("theorem", "said", "found"),
+    [
+        ("parts", ["ATTRACTS", "ATTRACTS"], "ATTRACTS"),
+        ("parts", ["GAINS", "GAINS"], "ATTRACTS"),
+        ("parts", ["ATTRACTS", "EQUILIBRIA"], "EQUILIBRIA"),
+        ("parts", ["BOUNDED", "EQUILIBRIA"], "BOUNDED"),
+        ("parts", ["ATTRACTS", "DELAYED", "GAINS"], "DELAYED"),
+        ("parts", ["DELAYED", "EQUILIBRIA"], None),
+        ("parts", ["ATTRACTS", "GAIN"], None),
+        ("parts", ["NO_REST", "ATTRACTS"], None),
+        ("cascade", ["ATTRACTS", "GAINS"], "ATTRACTS"),
+        ("cascade", ["ATTRACTS", "EQUILIBRIA"], None),
+        ("cascade", ["EQUILIBRIA", "EQUILIBRIA"], None),
+    ],
+)
+def test_of_the_whole_the_weakest_follows(theorem, said, found):
+    given = document(LATE, theorem=theorem), [getattr(classes, one) for one in said]
+    with assert_accepted_if(found is not None):
+        assert second.together(*given) == getattr(classes, str(found))
+    if found == "DELAYED":
+        wide = changed(LATE, "laws", "channels", 1, nonlinearities(0, "finite"))
+        with pytest.raises(NotShown, match="no upper bound"):
+            second.together(document(wide, theorem=theorem), given[1])
+
+
+def test_the_numerator_of_a_part_is_that_of_its_matrices():
+    A, B, C = fmpq_mat([[1, 2, 0], [3, -1, 5], [0, 7, 2]]), fmpq_mat([[1], [0], [4]]), fmpq_mat([[2, 1, -3]])
+    for direct in (fmpq(0), fmpq(5, 3)):
+        top = from_descending(numbers(second._top(A, B, C, direct, A.charpoly())))
+        exact = at((A, B, C, fmpq_mat([[direct]])), fmpq(3))[0, 0]
+        assert top(fmpq(3)) == exact * A.charpoly()(fmpq(3))
+
+
+@pytest.mark.parametrize(
+    ("kind", "together"), [("any", True), ("full block", True), (classes.SCALAR, False), ("delay", False)]
+)
+def test_an_operator_of_several_channels_is_in_one_part(kind, together):
+    law = nonlinearities(-1, 1, operator=kind, time_varying=kind in ("any", "full block"))
+    one = changed(LATE, "laws", {"channels": [law] * 2, "repeated": [2]})
+    asked = channels.read(document(one))
+    second._require_whole_operators(asked, [0, 1])
+    for channel in (0, 1):
+        with assert_accepted_if(not together):
+            second._require_whole_operators(asked, [channel])

@@ -2,11 +2,16 @@
 
 import copy
 import json
+from dataclasses import replace
 from fractions import Fraction as F
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from flint import fmpq_mat
 from handwritten import nonlinearities, operator
+from second_plants import asked as as_asked
+from second_plants import assert_accepted_if, unit
 from tampering import assert_both_reject, edited
 
 from lure import SlopeBounds, as_plant
@@ -14,7 +19,10 @@ from lure.analysis import certify, max_slope
 from lure.analysis.certificates import channels, windows
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, check
+from lure.analysis.certificates.second import windows as second
+from lure.analysis.certificates.second.channels import read_classes
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.questions.certify import ProofOptions
 from lure.plants.multivariable import MultivariablePlant
 
@@ -141,6 +149,10 @@ def numbers(rows):
 )
 def test_forms_are_doubly_dominant(Q, count, options, holds):
     options = {"summed": False, "odd": False} | options
+    rate, odd = options.get("rate", F(1)), options["odd"]
+    with assert_accepted_if(holds):
+        rows = second._slowed(numbers(Q), count, rate)
+        second._require_dominant(rows, count, over_time=options["summed"], odd=odd, rate=rate)
     if holds:
         windows.dominant(numbers(Q), count, **options)
         return
@@ -148,6 +160,7 @@ def test_forms_are_doubly_dominant(Q, count, options, holds):
         windows.dominant(numbers(Q), count, **options)
 
 
+BOUNDS = [(F(-1), F(2)), (F(1, 2), F(3))]
 SLOPE, RELU = nonlinearities(0, 1, slope=True), nonlinearities(0, 1, slope=True, relu=True)
 ROWS = [["2", "-1"], ["0", "1"]]
 KNOWN = {"kind": "monotone", "channels": [1], "rows": ROWS}
@@ -156,6 +169,19 @@ KNOWN = {"kind": "monotone", "channels": [1], "rows": ROWS}
 def forms(given, classes, samples=2, summed=False, repeated=False):
     asked = channels.channels({"channels": classes, "repeated": repeated}, len(classes))
     return windows.coupled(given, asked, samples, summed)
+
+
+def plant_of(classes, repeated=False):
+    """A plant of the second checker with these classes."""
+    m = len(classes)
+    own, firsts = read_classes(SimpleNamespace(nonlinearities={"channels": classes, "repeated": repeated}), m)
+    none = as_asked([[0]], [[0] * m], [[0]] * m, [[0] * m] * m, discrete=True)
+    return replace(none, nonlinearities=own, repeated=firsts)
+
+
+def again(given, classes, samples=2, summed=False, repeated=False):
+    """The same as the second checker reads them."""
+    return second.read_forms(given, plant_of(classes, repeated), samples, over_time=summed)
 
 
 # w'M w for w = (u, v): 2 u'Q v; rising 2 u'Q (u + v); falling 2 v'Q (u + v)
@@ -175,8 +201,12 @@ def test_what_a_form_is_of(kind, law, value, bounds):
     M, Q = np.array(M, dtype=float), np.array([[2, -1], [0, 1]])
     assert (where, ends) == ([0], [bounds])
     assert np.array_equal(M, M.T)
+    same = again([{"kind": kind, "channels": [1], "rows": rows}], [law])
+    assert (same.each[0].channels, same.bounds) == ([0], [bounds])
+    N = np.array([[float(v.p) / float(v.q) for v in row] for row in same.each[0].M.tolist()])
     for w in np.random.default_rng(1).normal(size=(5, 4)):
         assert w @ M @ w == pytest.approx(value(w[:2], Q, w[2:]))
+        assert w @ N @ w == pytest.approx(value(w[:2], Q, w[2:]))
 
 
 @pytest.mark.parametrize(
@@ -214,26 +244,66 @@ def test_what_a_form_is_of(kind, law, value, bounds):
 def test_forms_that_may_be_negative_are_refused(given, classes, options):
     with pytest.raises((Rejected, Malformed)):
         forms(given, classes, **options)
+    with pytest.raises(NotShown):
+        again(given, classes, **options)
 
 
 def test_windows_have_the_same_number_of_samples():
     one, two = [["1/100"], ["1/4", "1/100"]], [["1/50"], ["0", "1/50"], ["1", "0", "1/50"], ["0", "1", "0", "1/50"]]
     asked = channels.channels({"channels": [SLOPE] * 2, "repeated": False}, 2)
     assert windows.of_orders({"windows": [two, two], "odd": [False] * 2}, asked).samples == 2
+    plant = plant_of([SLOPE] * 2)
+    found = second._ordered_forms({"windows": [two, two], "odd": [False] * 2}, plant)
+    assert (found.samples, found.bounds, [form.channels for form in found.each]) == (2, [(0, 1)] * 2, [[0], [1]])
+    assert found.each[0].M[0, 2] == 1
     for given in ([one, two], [two, one], [[], []], [two]):
         with pytest.raises(Malformed):
             windows.of_orders({"windows": given, "odd": [False] * 2}, asked)
+        with pytest.raises(NotShown):
+            second._ordered_forms({"windows": given, "odd": [False] * 2}, plant)
+    for change in ({"slope": None}, {"time_varying": True}, {"slope": ["0", "inf"], "sector": ["0", "inf"]}):
+        with pytest.raises(NotShown):
+            second._ordered_forms({"windows": [two] * 2, "odd": [False] * 2}, plant_of([SLOPE, SLOPE | change]))
+    with pytest.raises(NotShown, match="odd"):
+        second._ordered_forms({"windows": [two] * 2, "odd": [False, True]}, plant)
+
+
+# x_1 = (phi, sigma) of two channels at two times, and the bounds [-1, 2] and [1/2, 3]
+def test_forms_are_about_phi_less_the_bounds_of_each_channel():
+    lines = unit(8)
+    at = [second.cut(lines, k, 2) for k in (0, 2, 4, 6)]
+    M = fmpq_mat([[i * j + (i == j) for j in range(8)] for i in range(8)])
+    N = fmpq_mat([[1, 2, 0, 1]] * 4)
+    given = second.Forms(2, [second.Form([0, 1], M), second.Form([1], N)], BOUNDS)
+    phi, sigma = [2, -1, 3, 5], [1, 4, -2, 7]
+    x = fmpq_mat([[v] for v in (*phi, *sigma)])
+    u = [phi[2 * t + i] - BOUNDS[i][0] * sigma[2 * t + i] for t in range(2) for i in range(2)]
+    v = [BOUNDS[i][1] * sigma[2 * t + i] - phi[2 * t + i] for t in range(2) for i in range(2)]
+    both, last = (fmpq_mat([[second.to_fmpq(F(e))] for e in own]) for own in ((*u, *v), (u[1], u[3], v[1], v[3])))
+    exact = both.transpose() * M * both + last.transpose() * N * last
+    assert x.transpose() * second._total(given, at[:2], at[2:]) * x == exact
+    # of one sample, in (sigma, psi) with psi = u: v = w sigma - psi
+    one = [{"kind": "monotone", "channels": [1, 2], "rows": [["2", "-1"], ["0", "1"]]}]
+    Pi, ends = second.static_form(one, plant_of([SLOPE] * 2, True))
+    z, Q = fmpq_mat([[5], [7], [2], [3]]), fmpq_mat([[2, -1], [0, 1]])
+    assert (z.transpose() * Pi * z)[0, 0] == 2 * (fmpq_mat([[2, 3]]) * Q * fmpq_mat([[5 - 2], [7 - 3]]))[0, 0]
+    assert ends == [(0, 1)] * 2
 
 
 def test_forms_of_several_channels_and_rectifiers_are_taken():
     one = {"channels": [1, 2], "rows": [["1", "-1"], ["0", "1"]]}
     assert forms([KNOWN | one], [SLOPE] * 2, samples=1, repeated=True)[1] == [(0, 1)] * 2
     both = [KNOWN | {"kind": "sector", "rows": [["1", "0"], ["0", "1"]]}, KNOWN | {"kind": "rising"}]
-    assert len(forms(both, [SLOPE])[0]) == 2
+    assert len(forms(both, [SLOPE])[0]) == len(again(both, [SLOPE]).each) == 2
+    assert again([KNOWN | one], [SLOPE] * 2, samples=1, repeated=True).bounds == [(0, 1)] * 2
     # u >= 0 >= v and u_k v_k = 0: any entry of (k, p + k), else of its sign
     rows = [["1"], ["1", "1"], ["5", "-1", "1"], ["-1", "-5", "1", "1"]]
     ((_, M),), _ = forms([{"kind": "relu", "channels": [1], "rows": rows}], [RELU])
     assert M[3] == [-1, -5, 1, 1]
+    again_M = again([{"kind": "relu", "channels": [1], "rows": rows}], [RELU]).each[0].M
+    assert again_M.tolist()[3] == [-1, -5, 1, 1]
+    with pytest.raises(NotShown, match="locally Lipschitz"):  # one of them
+        again([KNOWN], [SLOPE, nonlinearities(0, 1) | {"regularity": "any"}])
 
 
 # x' = -phi, x+ = x - phi: (1, 0) is an equilibrium with phi = 0; of x' = 0 (1, 1) is one, too, with phi = sigma
