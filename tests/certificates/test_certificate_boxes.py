@@ -83,6 +83,7 @@ def test_a_wide_box_needs_more_than_one():
         (("proof", "boxes"), {"multiplier": {"theta": "-1"}}),
         (("proof", "boxes", "below"), {}),
         (("proof", "boxes", "below"), None),
+        (("proof", "boxes", "below", "parameter"), 0),
         (("proof", "boxes", "at"), "2"),
         (("proof", "boxes", "at"), "1"),
         (("proof", "boxes", "parameter"), 2),

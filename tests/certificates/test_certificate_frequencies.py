@@ -13,6 +13,8 @@ from importlib import resources
 import jsonschema
 import numpy as np
 import pytest
+from flint import fmpq, fmpq_mat
+from second_plants import assert_accepted_if, at
 from tampering import assert_both_reject, refused_again
 
 from lure import NonlinearityClass, as_plant, max_slope
@@ -20,7 +22,7 @@ from lure.analysis.certificates import frequencies
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
-from lure.analysis.certificates.second.frequencies import read_multiplier, require_weights
+from lure.analysis.certificates.second import frequencies as second
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import NotShown
 from lure.files.builtin import builtin_loop
@@ -365,9 +367,9 @@ def test_a_constant_gain_needs_no_more_than_a_real_part(listed, right):
     ]
     value = {"gamma": [["1"]], "theta": ["0"], "kernels": kernels}
     with nullcontext() if right else pytest.raises(NotShown, match="outweigh"):
-        read_multiplier("matrix-zames-falb", value, [True], [0], [True])
+        second.read_multiplier("matrix-zames-falb", value, [True], [0], [True])
     with pytest.raises(NotShown, match="outweigh"):
-        read_multiplier("matrix-zames-falb", value, [True], [0], [False])
+        second.read_multiplier("matrix-zames-falb", value, [True], [0], [False])
     assert not covers(given, odd=True, repeated=False)
     Q = form(given)
     assert bool(np.linalg.eigvalsh(Q + Q.T).min() > -1e-9) is right
@@ -496,9 +498,9 @@ def test_what_a_multiplier_pays_for(gamma, listed, options, holds):
     value = {"gamma": gamma, "theta": [str(v) for v in turns], "kernels": kernels("; ".join(written))}
     same = [block[0] for block in blocks for _ in block]
     with nullcontext() if holds else pytest.raises(NotShown):
-        again = read_multiplier("matrix-zames-falb", value, odd, same, gains, options.get("operators", ()), rate)
+        again = second.read_multiplier("matrix-zames-falb", value, odd, same, gains, options.get("operators", ()), rate)
         if rate is not None:
-            require_weights(again, [F(1)] * m, rate)
+            second.require_weights(again, [F(1)] * m, rate)
 
 
 @pytest.mark.parametrize(
@@ -522,3 +524,54 @@ def test_what_a_multiplier_pays_for(gamma, listed, options, holds):
 def test_eigenvalues_0_are_moved_by_a_residue_with_as_many_positive_eigenvalues(rows, rank, holds):
     with nullcontext() if holds else pytest.raises(Rejected):
         frequencies.signed([[F(v) for v in row] for row in rows], rank, "M")
+
+
+# M = gamma - kernels: with h = 1/(1 + i t) and its conjugate across, [[1, -c h], [-c h^*, 1]] > 0 for |c| < 1
+@pytest.mark.parametrize(
+    ("gamma", "kernels", "channels", "holds"),
+    [
+        ([[0]], [], [0], True),
+        ([[0]], [(0, 0, F(-1), True)], [0], False),
+        ([[1]], [(0, 0, F(9, 10), True)], [0], True),
+        ([[1]], [(0, 0, F(11, 10), True)], [0], False),
+        ([[1, 0], [0, 1]], [(0, 1, F(-9, 10), True), (1, 0, F(-9, 10), False)], [0, 1], True),
+        ([[1, 0], [0, 1]], [(0, 1, F(-11, 10), True), (1, 0, F(-11, 10), False)], [0, 1], False),
+        ([[1, 0], [0, 1]], [(0, 1, F(11, 10), True), (1, 0, F(11, 10), False)], [1], True),  # of one of them
+        ([[0, 0], [0, 0]], [(0, 1, F(1), True), (1, 0, F(1), False)], [0, 1], False),
+        ([[1, 1], [1, 1]], [], [0, 1], False),
+        ([[2, 1], [1, 1]], [], [0, 1], True),
+    ],
+)
+def test_where_a_multiplier_is_positive(gamma, kernels, channels, holds):
+    chains = [second.Chain(j, F(1), causal, {1: [(i, c)]}) for i, j, c, causal in kernels]
+    given = second.Multiplier([[F(v) for v in row] for row in gamma], [F(0)] * len(gamma), chains, frozenset())
+    assert second._is_positive(given, channels) is holds
+
+
+# M (1 + W H) + (M - M(0)) W R/s + Theta (s C X + R), X = (s - A)^-1 B, at s = 3
+@pytest.mark.parametrize("residue", [[[0, 0], [0, 0]], [[1, 2], [0, 0]], [[1, 2], [3, 4]]])
+def test_what_is_realised_is_the_inequality(residue):
+    A, B, C = fmpq_mat([[-1, 2], [0, -3]]), fmpq_mat([[1, 0], [1, 2]]), fmpq_mat([[1, 1], [0, 2]])
+    own, D, R, s = fmpq_mat([[1, 5], [2, 0]]), fmpq_mat([[0, fmpq(1, 3)], [0, 0]]), fmpq_mat(residue), fmpq(3)
+    chains = [
+        second.Chain(0, F(2), True, {2: [(1, F(5))], 1: [(0, F(1)), (1, F(1, 2))]}),
+        second.Chain(1, F(4), False, {3: [(0, F(7))]}),
+    ]
+    given = second.Multiplier([[F(3), F(1)], [F(-1), F(2)]], [F(1, 2), F(-3)], chains, frozenset())
+    lag, lead, W = fmpq(2, 5), fmpq(4), fmpq_mat([[2, 0], [0, fmpq(1, 3)]])  # 2/(2 + s) and 4/(4 - s)
+    M = fmpq_mat([[3 - lag, 1 - 7 * lead**3], [-1 - 5 * lag**2 - lag / 2, 2]])
+    rest = fmpq_mat([[3 - 1, 1 - 7], [-1 - 5 - fmpq(1, 2), 2]])
+    assert second.still(given) == rest
+    X = (s * fmpq_mat([[1, 0], [0, 1]]) - A).inv() * B
+    turned = fmpq_mat([[fmpq(1, 2), 0], [0, -3]]) * (s * own * X + R)
+    exact = M * (fmpq_mat([[1, 0], [0, 1]]) + W * (D + C * X)) + (M - rest) * W * R / s + turned
+    assert at(second._realised((A, B, C, D), own, [F(2), F(1, 3)], given, R), s) == exact
+
+
+@pytest.mark.parametrize(("pole", "gain", "holds"), [(-1, "99/100", True), (-1, "101/100", False), (1, "1/100", False)])
+def test_frequencies_are_of_a_loop_that_is_stable(pole, gain, holds):
+    # 2 Re(1 - g/(1 + s)) > 0 for g < 1
+    loop = tuple(fmpq_mat([[v]]) for v in (pole, 1, -1, 0))
+    given = second.Multiplier([[F(1)]], [F(0)], [], frozenset())
+    with assert_accepted_if(holds):
+        second.require_frequencies(loop, loop[2], [F(gain)], given, fmpq_mat(1, 1))

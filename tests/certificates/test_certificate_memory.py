@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from importlib import resources
@@ -9,6 +10,8 @@ from importlib import resources
 import jsonschema
 import numpy as np
 import pytest
+from second_plants import PLAIN
+from second_plants import asked as as_asked
 from tampering import assert_both_reject, edited, refused_again
 
 from lure import InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
@@ -16,6 +19,7 @@ from lure.analysis import l2_gain
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check, contains
+from lure.analysis.certificates.second import memory as second
 from lure.analysis.certificates.second.opinion import recheck
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
@@ -277,3 +281,13 @@ def test_what_is_not_covered_beside_memory_is_inconclusive():
         l2_gain(as_plant(([[-1]], [[1]], [[1]], [[0]])), [PLAY], {"Bw": [[1]], "Cz": [[1]]}, incremental=True)
     with pytest.raises(InputError, match="has memory and other properties"):
         NonlinearityClass(sector=PLAY.sector, slope=PLAY.slope, memory="play", odd=True)
+
+
+def test_which_functions_are_taken_by_their_increments():
+    kinds = (
+        *({}, {"memory": ("play", Fraction(1))}, {"time_varying": True}, {"slope": None}, {"operator": "any"}),
+        *({"slope": (Fraction(0), "inf")}, {"slope": ("-inf", Fraction(1))}),
+    )
+    m = len(kinds)
+    given = [replace(PLAIN, **kind) for kind in kinds]
+    assert second._by_increments(as_asked([[-1]], [[1] * m], [[1]] * m, [[0] * m] * m, *given)) == [0, 1]

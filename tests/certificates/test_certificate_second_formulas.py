@@ -115,11 +115,12 @@ def test_far_out_what_comes_late_counts_by_its_size(terms, full, start, need, ho
     assert cover._tail(curve, start, need) is holds
 
 
-@pytest.mark.parametrize(("level", "holds"), [(1, True), (-1, False), (-8, False)])
-def test_far_out_what_was_divided_counts_with_what_was_left_at_0(level, holds):
+@pytest.mark.parametrize(("first", "late", "holds"), [(1, -1, True), (-1, 1, False), (-8, 8, False), (0, 0.75, False)])
+def test_far_out_what_was_divided_counts_with_what_was_left_at_0(first, late, holds):
     # x U + level = x/2 + level against |level|, from x = 1 on
     terms = {F(0): (fmpq_poly([fmpq(1, 2)]), fmpq_poly([])), F(1): (fmpq_poly([]), fmpq_poly([]))}
-    curve = axis.Curve(terms=terms, full=0, divided=True, level={F(0): fmpq(level), F(1): fmpq(-level)})
+    level = {F(tau): to_fmpq(F(v)) for tau, v in ((0, first), (1, late)) if v}
+    curve = axis.Curve(terms=terms, full=0, divided=True, level=level)
     assert cover._tail(curve, F(1), "positive") is holds
 
 

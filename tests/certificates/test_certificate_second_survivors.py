@@ -3,12 +3,13 @@
 import copy
 import json
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import pytest
 from certificate_family import draft, nonlinearities, refutation, transfer
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
-from tampering import assert_both_reject, edited
+from tampering import assert_both_reject, edited, refused_again
 
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import recheck
@@ -64,6 +65,13 @@ def test_what_is_no_object_of_json_is_refused(value):
 def test_what_is_no_number_of_a_file_is_refused(read, value):
     with pytest.raises(NotShown):
         read(value)
+
+
+def test_an_orbit_has_as_many_durations_as_pieces():
+    for found in (one for one in STORED.values() if one["proof"]["method"] == "flow-orbit"):
+        assert recheck(found).accepted
+        for name, kept in product(("pieces", "durations", "state"), (slice(-1), slice(1), slice(0))):
+            assert refused_again(edited(found, "proof", name, value=lambda rows, kept=kept: rows[kept]))
 
 
 # y = sin t, which is 1 at pi/2 and below 0 from pi on; it begins at 0, where it ascends
@@ -357,6 +365,25 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
             {"method": "pieces", "ends": ["5/4"]},
         ),
         {("multiplier", "theta"): ["-2"]},
+    ),
+    # exp(-T s)/s, T <= 1: 1/u - T sin(w T)/(w T) + theta cos(w T) > 0 for u = 1/3 and a small theta of either sign
+    "Popov's term below 0 beside dead times and a pole at 0": (
+        draft(
+            {
+                **{
+                    "kind": "delay-family",
+                    "time": "continuous",
+                    "parameters": [["T", "1/2", "1"]],
+                    "delay": ["0", "1"],
+                },
+                "terms": [{"powers": [0], "numerator": ["0", "1"], "denominator": ["1", "0"]}],
+            },
+            nonlinearities("0", "1/3"),
+            "popov",
+            {},
+            {"method": "boxes", "boxes": {"multiplier": {"theta": "1/100"}}},
+        ),
+        {("proof", "boxes", "multiplier", "theta"): "-1/100"},
     ),
     "a channel without an upper bound": (
         draft(
