@@ -6,10 +6,12 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from importlib import resources
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
 import pytest
+from flint import fmpq, fmpq_mat
 from second_plants import PLAIN
 from second_plants import asked as as_asked
 from tampering import assert_both_reject, edited, refused_again
@@ -291,3 +293,55 @@ def test_which_functions_are_taken_by_their_increments():
     m = len(kinds)
     given = [replace(PLAIN, **kind) for kind in kinds]
     assert second._by_increments(as_asked([[-1]], [[1] * m], [[1]] * m, [[0] * m] * m, *given)) == [0, 1]
+
+
+# v = x - T^-1 b phi, T = A or, in samples, A - 1: v' = T v - e f + g w - T^-1 b u, u = phi', of play or stop phi with
+# sigma = c v + .., a function f of c_1 v and, in continuous time, z = c_2 v
+@pytest.mark.parametrize("discrete", [False, True])
+@pytest.mark.parametrize(
+    ("kind", "turn", "popov"), [("play", "1/8", "2"), ("stop", "-1/3", "-2"), ("stop", "-1/8", "1")]
+)
+def test_the_second_checker_stores_what_its_formulas_say(monkeypatch, kind, turn, popov, discrete):
+    found, m, popov = list[fmpq_mat](), 2 if discrete else 3, "0" if discrete else popov
+    monkeypatch.setattr(second, "_require_definite", lambda *matrices: found.extend(matrices))
+    T, P, B = fmpq_mat([[-2, 1], [fmpq(1, 2), -3]]), fmpq_mat([[3, 1], [1, 2]]), fmpq_mat([[1, 5, 1], [2, 1, -3]])
+    b, e, g = (fmpq_mat([[row[j]] for row in B.tolist()]) for j in range(3))
+    rows, moved = [fmpq_mat([row]) for row in ([1, 4], [2, -1], [3, 1])], T.inv() * b
+    ends = (Fraction(0), Fraction(4, 3)), (Fraction(-1, 5), Fraction(1, 2)), (Fraction(-7), Fraction(7))
+    kinds = {"memory": (kind, Fraction(4, 3))}, {"slope": None}, {"slope": None, "operator": "performance"}
+    given = [replace(PLAIN, lower=a, upper=h, **more) for (a, h), more in zip(ends, kinds, strict=True)]
+    plant = as_asked(
+        (T + fmpq_mat([[int(discrete), 0], [0, int(discrete)]])).tolist(),
+        [row[:m] for row in B.tolist()],
+        [row.tolist()[0] for row in rows[:m]],
+        [[0] * m, *([(row * moved)[0, 0], *[0] * (m - 1)] for row in rows[1:m])],
+        *given[:m],
+        discrete=discrete,
+    )
+    shares = ["2", "3/5", "1/9"][:m]
+    multiplier = {"lambda": shares, "theta": [turn, popov, "0"][:m]}
+    proof = {"method": "matrix", "P": [["3"], ["1", "2"]], "exponent": 0}
+    second.require_storage(SimpleNamespace(multiplier=multiplier, proof=proof), plant)
+    V, falls = found
+    theta, t, k, low, high = (fmpq(*Fraction(v).as_integer_ratio()) for v in (turn, popov, "4/3", "-1/5", "1/2"))
+
+    def form(M, x, y):
+        return (x.transpose() * M * y)[0, 0]
+
+    Q, v, u, f, w, phi = T.transpose() * P * T, fmpq_mat([[2], [-5]]), fmpq(3), fmpq(-4), fmpq(7), fmpq(11)
+    eta, seen, z = ((row * v)[0, 0] for row in rows)
+    H, down = -(rows[0] * moved)[0, 0], min(theta, fmpq(0))
+    stored = theta * H * phi**2 + abs(theta) / k * phi**2 + 2 * down * phi * (eta - H * phi)
+    both = fmpq_mat([*v.tolist(), [phi]])
+    assert form(V, both, both) == form(Q, v, v) + min(t * low, t * high) * seen**2 + stored
+    rate = T * v - e * f - moved * u + (fmpq_mat(2, 1) if discrete else g * w)
+    slope, after = (rows[0] * (rate + moved * u))[0, 0], v + rate
+    rise = form(Q, after, after) - form(Q, v, v) if discrete else 2 * form(Q, v, rate)
+    rise += 2 * 2 * u * (k * slope - u) + 2 * fmpq(3, 5) * (f - low * seen) * (high * seen - f)
+    later = (rows[0] * after)[0, 0] if theta > 0 else eta
+    if discrete:  # 2 theta u (sigma+ or sigma), less what is stored
+        rise += 2 * theta * u * later - (1 if theta > 0 else -1) * theta * H * u**2 - abs(theta) / k * u**2
+    else:
+        rise += 2 * theta * u * eta + 2 * t * f * (rows[1] * rate)[0, 0] + 2 * fmpq(1, 9) * (49 * z**2 - w**2)
+    both = fmpq_mat([*v.tolist(), [u], [f], [w]][: 2 + m])
+    assert form(falls, both, both) == -rise
