@@ -27,6 +27,8 @@ from tests.support.tampering import assert_both_reject, edited, refused_again
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SECOND = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (Fraction(1, 2), 1)})
 LAWS = {"sector": ["0", "3"], "slope": None, "odd": False, "time_varying": False, "linear": False}
+SECTOR, ALPHA = ("laws", "sector", 1), ("proof", "boxes", "multiplier", "alpha")
+A_LOW, A_HIGH = (("system", "parameters", 0, end) for end in (1, 2))
 CUT = {"parameter": 0, "at": "3/2", "below": {"multiplier": {"theta": "1"}}, "above": {"multiplier": {"theta": "2"}}}
 
 
@@ -139,6 +141,34 @@ def test_a_pole_at_zero_of_all_plants_is_the_critical_case_and_one_that_moves_is
     negative = PlantFamily.of_formula("(b - 1.5)/(s*(s+a))", box)
     with pytest.raises(Rejected):
         complete_and_check(draft(negative, tree={"multiplier": {"theta": "2"}}))
+
+
+# b/(z - a): 1/k - b/(1 + a) > 0 at z = -1, k < 5/4 for a = 1/4 and b = 1, and with a = 1 k < 2; b/(s^2 + s + a) beyond
+# the 3 of the circle
+@pytest.mark.parametrize(
+    ("plants", "theorem", "multiplier", "end", "edits"),
+    [
+        ((["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (0.5, 1)}, 1), "circle", {}, "124/100", [(SECTOR, "125/100")]),
+        ((["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (0.5, 1)}, 1), "circle", {}, "124/100", [(A_LOW, "1/5")]),
+        ((["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (0.5, 1)}, 1), "circle", {}, "124/100", [(A_HIGH, "1")]),
+        ((["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (0.5, 1)}, 1), "circle", {}, "124/100", [(A_HIGH, "2")]),
+        ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(SECTOR, "2")]),
+        ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "-1/100"), (SECTOR, "1/100")]),
+        ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "0"), (SECTOR, "1/100")]),
+        ((["b"], [1, 1, "a"], {"a": (1, 1.1), "b": (0.9, 1)}), "off-axis-circle", {"alpha": "1"}, "5", [(ALPHA, "-1")]),
+        ((["b"], [1, 1, "a"], {"a": (1, 1.1), "b": (0.9, 1)}), "off-axis-circle", {"alpha": "1"}, "5", [(ALPHA, "0")]),
+    ],
+)
+def test_boxes_in_discrete_time_and_off_the_axis_are_sharp(plants, theorem, multiplier, end, edits):
+    slope = ["0", end] if theorem == "off-axis-circle" else None
+    given = draft(
+        PlantFamily.of_coefficients(*plants), theorem, {"multiplier": multiplier}, sector=["0", end], slope=slope
+    )
+    found = complete_and_check(given).certificate
+    assert recheck(found).accepted
+    for path, value in edits:
+        found = edited(found, *path, value=value)
+    assert_both_reject(found)
 
 
 # exp(-t s)/(s + a): |H| <= 1, so that [0, 1/2] is proved; the forms of a box are those of the plant without feedback

@@ -548,6 +548,12 @@ def test_where_a_multiplier_is_positive(gamma, kernels, channels, holds):
     assert second._is_positive(given, channels) is holds
 
 
+@pytest.mark.parametrize(("c", "holds"), [(F(21, 100), True), (F(22, 100), False)])
+def test_real_parts_of_lags_of_several_rates_add_up(c, holds):
+    # 1 + 7 (1 - x/9)/(1 + x/9)^2 is at least .21634 36/(36 + x)
+    assert second._has_real_part(F(1), [(F(-7), F(3), 2), (c, F(6), 1)]) is holds
+
+
 # M (1 + W H) + (M - M(0)) W R/s + Theta (s C X + R), X = (s - A)^-1 B, at s = 3
 @pytest.mark.parametrize("residue", [[[0, 0], [0, 0]], [[1, 2], [0, 0]], [[1, 2], [3, 4]]])
 def test_what_is_realised_is_the_inequality(residue):

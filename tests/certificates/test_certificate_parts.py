@@ -371,6 +371,15 @@ def test_the_second_checker_takes_no_others(draft, more):
         second.documents(document(draft, **more))
 
 
+def test_a_part_keeps_its_dead_times():
+    for own in ([["1", "0"], ["0", "0"]], [["0", "0"], ["0", "1/2"]]):
+        whole = changed(LATE, "system", "late", [["1", own], ["2", [["0", "0"], ["0", "0"]]]])
+        proof = {"method": "part", "channels": [1, 2], "states": [1, 2], "kind": "multivariable delay", "proof": {}}
+        given = {"verdict": "REFUTED", "theorem": "counterexample", "proof": proof}
+        (found,) = second.documents(document(whole, **given))
+        assert found.system["late"] == [["1", own]]
+
+
 @pytest.mark.parametrize(
     ("theorem", "said", "found"),
     [

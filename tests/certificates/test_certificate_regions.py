@@ -130,6 +130,9 @@ def test_both_checkers_accept_a_region_by_hand(name):
         ("flow", {("theorem",): "local-circle"}),
         ("map", {END: ["-71/100", "71/100"]}),
         ("map", {END: ["-7/10", "3/5"]}),
+        # to the left -9/10 x, which jumps to the right; and turned round
+        ("map", {END: ["-inf", "7/10"], ("laws", "graphs", 0): polynomials([0, "-7/5"], [0, 0, 0, 1], cuts=(0,))}),
+        ("map", {END: ["-7/10", "inf"], ("laws", "graphs", 0): polynomials([0, 0, 0, 1], [0, "-7/5"], cuts=(0,))}),
         ("turning map", {END: ["-71/100", "71/100"]}),
         ("far", {END: ["-61/100", "61/100"]}),
         ("far", {END: ["-3/5", "61/100"]}),

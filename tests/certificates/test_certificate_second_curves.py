@@ -41,15 +41,27 @@ FULL, RIGHT, LEFT = (
 )
 
 
+def aside(graph):
+    S = fmpq_mat([[2, -1], [1, 1]])
+    A, b, c = S * fmpq_mat([[1, 0], [0, -2]]) * S.inv(), S * fmpq_mat([[1], [0]]), fmpq_mat([[1, 0]]) * S.inv()
+    return flow(A.tolist(), b.entries(), c.entries(), graph)
+
+
 @pytest.mark.parametrize("graph", [FULL, RIGHT, LEFT])
 @pytest.mark.parametrize("points", [AROUND, AROUND[::-1], [*AROUND[:-1], (3, 0)]])
 @pytest.mark.parametrize(("size", "alone"), [("505/1000", True), ("506/1000", False)])
 def test_equilibria_beside_the_axes_are_found(graph, points, size, alone):
-    S = fmpq_mat([[2, -1], [1, 1]])
-    A, b, c = S * fmpq_mat([[1, 0], [0, -2]]) * S.inv(), S * fmpq_mat([[1], [0]]), fmpq_mat([[1, 0]]) * S.inv()
-    given = around(flow(A.tolist(), b.entries(), c.entries(), graph), F(size), points)
+    given = around(aside(graph), F(size), points)
     with assert_accepted_if(alone):
         curves.require_one_equilibrium(*given)
+
+
+# a parabola from (4, 0) to (0, 4) that bends inwards to (3/2, 3/2) is looked at as far as its chord: on (2, 1) at 4/3
+def test_equilibria_between_a_parabola_and_its_chord_are_not_excluded():
+    for size, alone in ((F(64, 100), True), (F(70, 100), False), (F(80, 100), False)):
+        points = [(4, 0), (F(3, 2), F(3, 2), 0, 4), (-4, 0), (0, -4), (4, 0)]
+        with assert_accepted_if(alone):
+            curves.require_one_equilibrium(*around(aside(RIGHT), size, points))
 
 
 # x_1' = -x_1 + phi(x_1): phi = 0, from 1/2 on 2 x - 1, from 1 on 1 touches x_1 at the cut 1 alone, or with the other
@@ -98,6 +110,15 @@ def test_an_edge_is_cut_where_sigma_meets_a_corner(peak, crossed, low, high, way
 )
 def test_what_is_positive_from_0_to_1(p, positive):
     assert curves._positive_on_unit(fmpq_poly(p)) is positive
+
+
+# (x - 1)(x - 2)^2 and (3 - x)(x - 2)^2 on [1, 3], and with (x - 2)^2 + 1/9
+@pytest.mark.parametrize(("more", "strictly"), [(0, False), (fmpq(1, 9), True)])
+def test_a_double_root_beside_one_at_an_end_is_seen(more, strictly):
+    for line in ([-1, 1], [3, -1]):
+        p = fmpq_poly(line) * (fmpq_poly([-2, 1]) ** 2 + more)
+        assert graphs.nonnegative_between(p, F(1), F(3))
+        assert graphs.positive_inside(p, F(1), F(3)) is strictly
 
 
 def test_arcs_and_edges_along_a_ray_have_their_corners():

@@ -185,7 +185,8 @@ SCALED = refutation(  # sigma+ = u = -sigma/2
 ) | {"rate": "1/2"}
 
 
-UNIT = [["1", "0"], ["0", "1"]]
+UNIT, UNIT_OFF = ([[str(v * (i == j)) for j in range(2)] for i in range(2)] for v in (1, -1))
+FULL = nonlinearities("-9/10", "9/10", time_varying=True) | {"operator": "full block"}
 
 
 def late(A, B, C, D, *times):
@@ -384,6 +385,16 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
             {"method": "boxes", "boxes": {"multiplier": {"theta": "1/100"}}},
         ),
         {("proof", "boxes", "multiplier", "theta"): "-1/100"},
+    ),
+    "two weights of a full block": (
+        draft(
+            late(UNIT_OFF, UNIT, [["0", "0"]] * 2, [["0", "0"]] * 2, ["1", UNIT]),
+            {"channels": [FULL] * 2, "repeated": True},
+            "piecewise-circle",
+            {"lambda": ["1", "1"], "pieces": [[None] * 2] * 2},
+            {"method": "pieces", "ends": ["1"]},
+        ),
+        {("multiplier", "lambda"): ["1", "2"]},
     ),
     "a channel without an upper bound": (
         draft(

@@ -284,10 +284,40 @@ def test_forms_are_about_phi_less_the_bounds_of_each_channel():
     assert x.transpose() * second._total(given, at[:2], at[2:]) * x == exact
     # of one sample, in (sigma, psi) with psi = u: v = w sigma - psi
     one = [{"kind": "monotone", "channels": [1, 2], "rows": [["2", "-1"], ["0", "1"]]}]
-    Pi, ends = second.static_form(one, plant_of([SLOPE] * 2, True))
+    Pi, ends = second.static_form(one, plant_of([nonlinearities(-2, 1, slope=True)] * 2, True))
     z, Q = fmpq_mat([[5], [7], [2], [3]]), fmpq_mat([[2, -1], [0, 1]])
-    assert (z.transpose() * Pi * z)[0, 0] == 2 * (fmpq_mat([[2, 3]]) * Q * fmpq_mat([[5 - 2], [7 - 3]]))[0, 0]
-    assert ends == [(0, 1)] * 2
+    assert (z.transpose() * Pi * z)[0, 0] == 2 * (fmpq_mat([[2, 3]]) * Q * fmpq_mat([[15 - 2], [21 - 3]]))[0, 0]
+    assert ends == [(-2, 1)] * 2
+
+
+# equilibria N of A~ N = N, and He of the sum of M_uv on what is seen of them
+@pytest.mark.parametrize(
+    ("A", "N", "Q", "change", "holds"),
+    [
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], {}, True),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[2, 1], [0, 1]], {}, True),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[2, 3], [0, 1]], {}, False),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 0]], {}, False),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[-1, 0], [0, -1]], {}, False),
+        ([[1, 0], [0, 1]], [[1], [0]], [[1, 0], [0, 1]], {}, False),  # of two
+        ([[1, 0], [0, F(1, 2)]], [[1], [0]], [[1, 0], [0, 0]], {}, True),
+        ([[1, 0], [0, F(1, 2)]], [[1], [0]], [[0, 0], [0, 1]], {}, False),
+        ([[1, 0], [0, -1]], [[1], [0]], [[1, 0], [0, 1]], {}, False),
+        ([[1, 1], [0, 1]], [[1], [0]], [[1, 0], [0, 1]], {}, False),  # one eigenvector of two
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], {"slope": None}, False),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], {"slope": ["-1/9", "1"]}, False),
+        ([[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], {"time_varying": True}, False),
+    ],
+)
+def test_forms_over_all_time_move_every_equilibrium(A, N, Q, change, holds):
+    plant = plant_of([SLOPE, SLOPE | change])
+    zero, Q, N = fmpq_mat(2, 2), fmpq_mat(Q), fmpq_mat(N)
+    forms = second.Forms(1, [second.Form([0, 1], second.joined(zero, Q, zero))], [(F(0), F(1))] * 2)
+    with assert_accepted_if(holds):
+        second._require_settling(plant, fmpq_mat([[second.to_fmpq(F(v)) for v in row] for row in A]), forms, N, N)
+    squared = second.Forms(1, [second.Form([0, 1], second.joined(zero, Q, Q))], forms.bounds)
+    with pytest.raises(NotShown):
+        second._require_settling(plant, fmpq_mat([[1, 0], [0, 1]]), squared, unit(2), unit(2))
 
 
 def test_forms_of_several_channels_and_rectifiers_are_taken():
