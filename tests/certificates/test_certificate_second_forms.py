@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat
-from second_plants import PLAIN, asked, assert_accepted_if, of, poly, rows_of, unit
+from second_plants import PLAIN, asked, assert_accepted_if, of, poly, rational, rows_of, unit
 
-from lure.analysis.certificates.second import channel_gains, parametric, pieces, several
-from lure.analysis.certificates.second.classes import NO_REST, NO_SOLUTION, OTHER_EQUILIBRIA, Graph
+from lure.analysis.certificates.second import channel_gains, parametric, pieces, powers, several
+from lure.analysis.certificates.second.classes import NO_REST, NO_SOLUTION, OTHER_EQUILIBRIA, Claim, Graph
 from lure.analysis.certificates.second.numerics import to_fmpq, working_precision
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.zero import shifted_by
@@ -119,7 +119,7 @@ KERNEL = {"channels": [1, 1], "coefficient": "1/4", "rate": "4", "order": 1, "si
         ({"slope": None}, {}, "0", [KERNEL], False),
         ({"slope": None}, {}, "1/9", [], True),
         ({"upper": "inf", "slope": None}, {}, "0", [], False),
-        ({"lower": F(2), "upper": F(3), "slope": (F(0), F(1))}, {}, "0", [], False),
+        ({"lower": F(1), "upper": F(3), "slope": (F(0), F(1))}, {}, "0", [], False),  # 1 alone
         ({}, {"D": fmpq_mat([[1]])}, "0", [], True),
         ({}, {"D": fmpq_mat([[1]])}, "1/9", [], False),
         ({}, {"D": fmpq_mat([[-2]])}, "0", [], False),
@@ -550,3 +550,42 @@ def test_a_loop_of_samples_without_solution_is_said_to_be_none():
     plant = asked([[fmpq(1, 2)]], [[1]], [[1]], [[-1]], PLAIN, discrete=True)
     proof = {"method": "linear-gains", "gains": ["1"]}
     assert channel_gains.refuted(of(**proof), plant) == NO_SOLUTION
+
+
+# Forms of higher degree: x_1^2, x_1 x_2 and x_2^2 along x_1' = x_2, x_2' = -x_1 - x_2
+
+
+def test_polynomials_are_those_of_their_matrices_along_a_flow():
+    assert powers._basis(2, 2) == [(2, 0), (1, 1), (0, 2)]
+    assert len(powers._basis(3, 4)) == 15
+    G = fmpq_mat([[1, 2, -1], [2, -3, 0], [-1, 0, -1]])  # -1 x_2^4, and -1 - 1 - 3 of x_1^2 x_2^2
+    assert powers._polynomial(G, powers._basis(2, 2)) == {(4, 0): 1, (3, 1): 4, (2, 2): -5, (0, 4): -1}
+    A = ((F(0), F(1)), (F(-1), F(-1)))
+    assert powers._along({(2, 1): fmpq(3)}, A) == {(1, 2): 6, (3, 0): -3, (2, 1): -3}
+    assert powers._along({(0, 2): fmpq(1), (2, 0): fmpq(1)}, A) == {(0, 2): -2}
+
+
+# x' = -(1 + g) x: V = x^4, -V' = 4 (1 + g) x^4; of two states V = x_1^4 + x_2^4 falls with -V' = 4 V
+@pytest.mark.parametrize(
+    ("change", "gain", "holds"),
+    [
+        ({}, {}, True),
+        ({"P": [["-1"]]}, {}, False),
+        ({"lower": [["-1"]]}, {}, False),
+        ({"upper": [["1"]]}, {}, False),
+        ({"power": 0}, {}, False),
+        ({"power": 101}, {}, False),
+        ({"method": "matrix"}, {}, False),
+        ({}, {"upper": "finite"}, False),
+        ({}, {"lower": F(-1)}, False),
+        ({"P": [["1"], ["0", "1"]]}, {}, False),
+    ],
+)
+def test_a_form_of_degree_four_falls_at_both_ends(change, gain, holds):
+    # what a Gram matrix G has beside P A + A' P on the monomials vanishes there: of one state 0
+    claim = Claim.of(replace(PLAIN, slope=None, **gain))
+    proof = {"method": "powers", "power": 2, "P": [["1"]], "lower": [["0"]], "upper": [["0"]]}
+    with assert_accepted_if(holds):
+        powers.require_powers(rational([[-1]], [1], [1]), claim, proof | change)
+    with pytest.raises(NotShown):
+        powers.require_powers(rational([[1]], [1], [1]), claim, proof | change)

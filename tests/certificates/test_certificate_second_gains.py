@@ -521,3 +521,8 @@ def test_an_orbit_is_shown_where_it_is_alone():
     for one in ([replace(stays[0], G=down), stays[1]], [turning]):
         with pytest.raises((NotShown, ZeroDivisionError)):
             require_periodic(one, [F(-1), F(0)], [F(2)] * len(one), half=len(one) == 1)
+    with working_precision(256):  # a hundredth of the first radius beside the solution, what is found holds it
+        for shift in product((-1, 0, 1), repeat=6):
+            beside = [v + s * arb(2) ** -135 for v, s in zip((-1, 0, 1, 0, 2, 2), shift, strict=True)]
+            found = _Equations(2, stays, half=False).enclosed(beside)
+            assert all(one.contains(arb(v)) for one, v in zip(found, (-1, 0, 1, 0, 2, 2), strict=True))

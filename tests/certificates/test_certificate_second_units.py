@@ -288,6 +288,7 @@ def test_the_masses_of_a_kernel_at_a_rate():
     # int |c| h(t) e^(-+ a t) = |c| (b/(b +- a))^n; theta takes theta a from one and gives it to the other
     one, other = kernel_weights(F(1), [(F(-1, 2), (F(2), 1, 1))], F(1))
     assert (one, other) == (F(-2, 3), F(2))
+    assert kernel_weights(F(3), [], F(2)) == [-6, 6]
     one, other = kernel_weights(F(0), [(F(1, 2), (F(2), 2, -1))], F(1))
     assert (one, other) == (F(2), F(2, 9))
 
@@ -464,7 +465,9 @@ def test_limits_lie_on_both_sides_of_0(limits, clip):
     assert Curved(cuts=(F(-1), F(2)), pieces=(flat[0], fmpq_poly([0, 1]), flat[1])).clip == clip
 
 
-@pytest.mark.parametrize(("slopes", "fits"), [((0, F(1, 2), 0), True), ((0, 2, 0), False), ((2, F(1, 2), 2), False)])
+@pytest.mark.parametrize(
+    ("slopes", "fits"), [((0, F(1, 2), 0), True), ((0, F(3, 2), 0), False), ((F(3, 2), F(1, 2), 0), False)]
+)
 def test_with_a_direct_term_every_piece_has_a_solution(slopes, fits):
     k = F(slopes[1])
     phi = Graph((F(-1), F(0), F(1)), (-k, F(0), k), (F(slopes[0]), k, k, F(slopes[2])))

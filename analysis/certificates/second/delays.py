@@ -125,7 +125,8 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     """What a constant delay in one channel does, beside constant gains: a root on the imaginary axis.
 
     With ``h`` from ``mu_i`` to ``sigma_i`` and ``g = h exp(-i omega tau)`` the angle of ``-g`` is above 0 for the
-    first delay and below for the second at all frequencies between the two, and ``|h|`` passes through 1.
+    first delay and below for the second at all frequencies between the two, and so 0 for one between them, continuous in
+    the frequency; and ``|h|`` passes through 1.
 
     Parameters
     ----------
@@ -152,7 +153,6 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
         len(delays) == len(band) == 2 and 0 <= delays[0] < delays[1] <= one.upper, "the delays are not in the class"
     )
     require(0 < band[0] < band[1], "the frequencies are not in order")
-    require(band[1] * (delays[1] - delays[0]) < 3, "the delays are too far apart")
     rest = [g * (k != i) for k, g in enumerate(gains)]
     require(bool((diagonal([Fraction(1)] * len(gains)) + asked.D * diagonal(rest)).det() != 0), "there is no solution")
     loop = LateLoop.of(asked, rest)

@@ -192,11 +192,9 @@ def right_zeros(
         They are not counted.
     """
     end = Fraction(1)
-    for _ in range(_DOUBLINGS):
-        if turn(None, end).real > 0:
-            break
+    while not turn(None, end).real > 0:
+        require(end < 2**_DOUBLINGS, "nothing is shown far out")
         end *= 2
-    require(bool(turn(None, end).real > 0), "nothing is shown far out")
     first = k = -n
     stack = [(Fraction(0), end)]
     for _ in range(_MOST_PIECES):
