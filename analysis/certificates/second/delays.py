@@ -125,8 +125,8 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     """What a constant delay in one channel does, beside constant gains: a root on the imaginary axis.
 
     With ``h`` from ``mu_i`` to ``sigma_i`` and ``g = h exp(-i omega tau)`` the angle of ``-g`` is above 0 for the
-    first delay and below for the second at all frequencies between the two, and so 0 for one between them, continuous in
-    the frequency; and ``|h|`` passes through 1.
+    first delay and below for the second at all frequencies between the two, and so 0 for one between, continuous in the
+    frequency; and ``|h|`` passes through 1.
 
     Parameters
     ----------
