@@ -10,7 +10,7 @@ import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
 from second_plants import PLAIN, asked, assert_accepted_if, at, of, rows_of, unit
 
-from lure.analysis.certificates.second import members, rays, signals
+from lure.analysis.certificates.second import channel_gains, members, rays, signals
 from lure.analysis.certificates.second.classes import EXCEEDED, NO_REST, OTHER_EQUILIBRIA, SCALAR
 from lure.analysis.certificates.second.delays import refuted_by_delay, refuted_by_delayed_members, without_delays
 from lure.analysis.certificates.second.numerics import to_fmpq, working_precision
@@ -491,3 +491,67 @@ def test_what_a_series_leaves_out_counts():
         row = arb_mat([[1, 0, 0]])
         found = signals._wrong(row, dip, X, dip.exp() * X)
         assert 1 / 16 <= float(found) <= 1 / 15
+
+
+# Points at rest and samples that come back: x' = -x + u, or x+ = -u, with u = phi(x), sigma = x
+
+LINE = {"points": [], "left": "1", "right": "1"}
+
+
+@pytest.mark.parametrize(
+    ("change", "plant", "holds"),
+    [
+        ({}, {}, True),
+        ({"state": ["0"], "inputs": ["0"]}, {}, False),
+        ({"state": ["2"]}, {}, False),
+        ({"state": ["1", "0"]}, {}, False),
+        ({"inputs": ["1", "0"]}, {}, False),
+        ({"state": ["1/2"], "inputs": ["1/2"], "nonlinearities": [LINE | {"left": "1/2"}]}, {}, True),
+        ({"nonlinearities": [LINE | {"right": "1/2"}]}, {}, False),  # phi(1) is another
+        ({"nonlinearities": [LINE | {"left": "2"}]}, {}, False),  # not in the class
+        ({"nonlinearities": [LINE] * 2}, {}, False),
+        ({}, {"A": fmpq_mat([[fmpq(-1, 2)]])}, False),
+        ({}, {"C": fmpq_mat([[2]])}, False),
+        ({}, {"D": fmpq_mat([[1]])}, False),  # sigma = x - u
+        ({}, {"C": fmpq_mat([[2]]), "D": fmpq_mat([[1]])}, True),
+        ({}, {"nonlinearities": (replace(PLAIN, operator="any"),)}, False),
+        ({}, {"nonlinearities": (replace(PLAIN, lower=F(1), upper=F(2), slope=None),)}, False),  # 0 at the lower bound
+    ],
+)
+@pytest.mark.parametrize("discrete", [False, True])
+def test_what_is_at_rest_solves_the_equations(change, plant, holds, discrete):
+    whole = replace(asked([[-1]], [[-1]], [[1]], [[0]], PLAIN), **plant)
+    whole = replace(whole, A=whole.A + 1 * unit(1), discrete=True) if discrete else whole
+    proof = {"method": "equilibrium", "nonlinearities": [LINE], "inputs": ["1"], "state": ["1"]} | change
+    with assert_accepted_if(holds):
+        assert channel_gains.refuted(of(**proof), whole) == OTHER_EQUILIBRIA
+
+
+@pytest.mark.parametrize(
+    ("change", "plant", "holds"),
+    [
+        ({}, {}, True),
+        ({"inputs": [["1"]], "half": True}, {}, True),
+        ({"inputs": [["1"]]}, {}, False),
+        ({"half": True}, {}, False),
+        ({"half": 0}, {}, False),
+        ({"inputs": [["1"], ["1"]]}, {}, False),
+        ({"inputs": []}, {}, False),
+        ({"inputs": [["1", "0"], ["-1", "0"]]}, {}, False),
+        ({"state": ["-1"], "inputs": [["-1"], ["1"]]}, {}, True),
+        ({"state": ["1", "0"]}, {}, False),
+        ({"inputs": [["1"]], "half": True, "nonlinearities": [LINE | {"left": "1/2"}]}, {}, False),  # not odd
+        ({"nonlinearities": [LINE | {"left": "1/2"}]}, {}, False),
+        ({"state": ["0"], "inputs": [["0"], ["0"]]}, {}, False),
+        ({}, {"D": fmpq_mat([[1]])}, False),
+        ({}, {"C": fmpq_mat([[2]]), "D": fmpq_mat([[1]])}, True),
+        ({}, {"discrete": False}, False),
+        ({}, {"nonlinearities": (replace(PLAIN, operator="any"),)}, False),
+        ({}, {"nonlinearities": (replace(PLAIN, memory=("play", F(1))),)}, False),
+    ],
+)
+def test_samples_that_come_back_lie_on_the_graph(change, plant, holds):
+    whole = replace(asked([[0]], [[1]], [[1]], [[0]], PLAIN, discrete=True), **plant)
+    given = {"method": "sampled-orbit", "nonlinearities": [LINE], "inputs": [["1"], ["-1"]], "state": ["1"]}
+    with assert_accepted_if(holds):
+        assert channel_gains.refuted(of(**(given | {"half": False} | change)), whole) == NO_REST

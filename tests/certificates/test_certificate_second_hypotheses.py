@@ -4,11 +4,14 @@ from dataclasses import replace
 from fractions import Fraction as F
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from flint import fmpq_poly
+from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from second_plants import PLAIN, asked, assert_accepted_if
 
 from lure.analysis.certificates.second import pieces, structure, theorems
+from lure.analysis.certificates.second.late_loops import LateLoop
+from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted, States
 from lure.analysis.certificates.second.windows import read_forms
 
@@ -144,3 +147,84 @@ def test_how_steep_the_contacts_of_rods_may_be(k, one, both):
     assert structure._reach("both-ends", [bar]) == [both] * 2
     assert structure._reach("across-gap", [bar, other]) == [1 / ((1 / one if one else 0) + F(3, 5))]
     assert structure._reach("across-gap", [other, bar]) == structure._reach("across-gap", [bar, other])
+
+
+# q' = y, y' = -y + mu, sigma = q + y: sigma has the pole 0 with the residue 1
+@pytest.mark.parametrize(
+    ("channel", "one", "plant", "holds"),
+    [
+        ({}, {}, {}, True),
+        ({"theta": F(1)}, {}, {}, True),
+        ({"theta": F(-1)}, {}, {}, False),
+        ({"kind": "free"}, {}, {}, False),
+        ({"low": F(1, 2)}, {}, {}, False),
+        ({"weight": F(-1)}, {}, {}, False),
+        ({}, {"operator": "any"}, {}, False),
+        ({}, {"time_varying": True}, {}, False),
+        ({}, {}, {"pace": F(1, 9)}, False),
+        ({}, {}, {"rates": ((fmpq_mat(2, 2), fmpq_mat(2, 2)),)}, False),
+        ({}, {}, {"A": fmpq_mat([[0, 1], [0, 1]])}, False),
+        ({}, {}, {"B": fmpq_mat([[0, 0], [-1, 0]])}, False),
+        ({}, {}, {"A": fmpq_mat([[0, 1], [0, 0]])}, False),
+    ],
+)
+@pytest.mark.parametrize("varying", [False, True])
+def test_for_which_functions_a_pole_at_0_is_covered_beside_dead_times(channel, one, plant, holds, varying):
+    # beside a channel that sees nothing, of a function above 0 that may depend on time
+    beside = replace(PLAIN, lower=F(1, 2), time_varying=varying)
+    whole = asked([[0, 1], [0, -1]], [[0, 0], [1, 0]], [[1, 1], [0, 0]], [[0, 0]] * 2, replace(PLAIN, **one), beside)
+    known = [
+        pieces._Channel(**({"kind": "", "width": F(1), "weight": F(1), "theta": F(0)} | channel)),
+        pieces._Channel("", F(1), F(1), F(0), low=F(1, 2)),
+    ]
+    for direct in (0, 1):
+        seen = replace(whole, D=fmpq_mat([[0, direct], [0, 0]]), **plant)
+        with working_precision(128), assert_accepted_if(holds and not (direct and varying)):
+            pieces._past_zero(seen, known, LateLoop.of(replace(seen, rates=(), D=0 * seen.D), [F(0)] * 2), F(1, 16))
+
+
+def test_near_a_pole_at_0_the_form_is_that_of_complex_numbers_less_what_is_skew():
+    # H = G/s, G = top/below: of the first row with the limit R = (3, 0), of the second with 0
+    below, tops = [2, 0.5, 0.25], [[[6, 1, -1], [0, 2, 0.5]], [[0, 0.5, 1], [0, -1, 2]]]
+    known = [pieces._Channel("", F(2), F(3), F(1, 4)), pieces._Channel("", F(1), F(1, 2), F(0), low=F(1, 3))]
+    s, w = 0.4j, 0.4
+
+    def value(p):
+        return sum(c * s**k for k, c in enumerate(p))
+
+    H = np.array([[value(p) / value(below) / s for p in row] for row in tops])
+    e = np.eye(2)
+    Y = np.array([3 * (e[0] + 2 * H[0]) + s / 4 * H[0], 0.5 * (e[1] + 5 / 3 * H[1])])
+    wanted = Y + Y.conj().T + 2 * 0.5 / 3 * 4 / 3 * np.outer(H[1].conj(), H[1])  # 3 2 R/s + its conjugate is 0
+    with working_precision(96):
+        rows = [[[acb(c) for c in p] for p in row] for row in tops]
+        R = [[fmpq(3), fmpq(0)], [fmpq(0), fmpq(0)]]
+        found = pieces._near_zero(known, R, [acb(c) for c in below], rows, acb_series([acb(w), acb(1)]))
+    assert np.array([[complex(f[0].mid()) for f in line] for line in found]) == pytest.approx(wanted)
+    assert pieces._near_zero(known, R, [acb(0)] * 3, rows, acb_series([acb(w), acb(1)])) is None
+
+
+# 1 + Re H > 0: whatever the phase of H = 2 w/(s + 1) from 3^(1/2) on; of 1/H = s (1 - w/2), which must not be in the
+# disc about -1/2 of the radius 1/2, from |1/2 + i omega| = 1/2 + omega/2 on, omega = 2/3
+@pytest.mark.parametrize(("kind", "end"), [("late", 3**-0.5), ("neutral", 1.5)])
+def test_far_out_a_form_is_positive_whatever_the_phases(kind, end):
+    known, row = [pieces._Channel("", F(1), F(1), F(0))], [None]
+    with working_precision(96):
+        late = [[[acb(0), acb(0, -2)]]]  # u/i times 2
+        plant = None
+        if kind == "neutral":
+            zero, back = fmpq_mat([[0]]), ((fmpq_mat([[0]]), fmpq_mat([[fmpq(1, 2)]])),)
+            whole = replace(asked([[0]], [[1]], [[1]], [[0]]), late=((F(1), zero),), inner=(zero,), rates=back)
+            plant = LateLoop.of(whole, [F(0)])
+        loop = pieces._Loop(
+            [acb(1), acb(0, -1)],  # (s + 1)/s = 1 + u/i
+            [[[acb(0)]]],
+            [[[acb(0)]]],
+            discrete=False,
+            far=True,
+            late=((arb(1), late, [[[acb(0)]]]),) if plant is None else (),
+            plant=plant,
+        )
+        for share, holds in ((0.95, True), (1.05, False)):
+            most = F(end * share).limit_denominator(10**6)
+            assert pieces._at_any_phase(loop, known, row, most) is holds
