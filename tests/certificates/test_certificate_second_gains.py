@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 from flint import acb, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
-from second_plants import PLAIN, assert_accepted_if, at, poly, rational, transfer
+from second_plants import PLAIN, asked, assert_accepted_if, at, poly, rational, transfer
 
 from lure.analysis.certificates.second import gains, matrix, structure, theorems
+from lure.analysis.certificates.second.channel_gains import require_gains
 from lure.analysis.certificates.second.classes import AT_REST, BOUNDED, EQUILIBRIA, SQUARE_INTEGRABLE
 from lure.analysis.certificates.second.numerics import (
     Counts,
@@ -526,3 +527,43 @@ def test_an_orbit_is_shown_where_it_is_alone():
             beside = [v + s * arb(2) ** -135 for v, s in zip((-1, 0, 1, 0, 2, 2), shift, strict=True)]
             found = _Equations(2, stays, half=False).enclosed(beside)
             assert all(one.contains(arb(v)) for one, v in zip(found, (-1, 0, 1, 0, 2, 2), strict=True))
+
+
+# of (1 + i w)^3 + g the imaginary part is positive below 3^(1/2) and the real one negative above, both before for g < 8
+LEAF = {"omega": ["1/2", "17/10"], "directions": [["1", "0"], ["0", "1"], ["-1", "0"]]}
+
+
+@pytest.mark.parametrize(
+    ("upper", "tree", "more", "holds"),
+    [
+        (F(15, 2), LEAF, {}, True),
+        (F(77, 10), LEAF, {}, False),  # 3 1.7^2 - 1 = 7.67
+        (F(81, 10), LEAF | {"omega": ["1/2", "174/100"]}, {}, False),  # nor above 8 in any way
+        (F(79, 10), LEAF | {"omega": ["1/2", "173/100"]}, {}, True),
+        (F(79, 10), LEAF | {"omega": ["1/2", "1733/1000"]}, {}, False),
+        (F(15, 2), LEAF | {"omega": ["3/5", "17/10"]}, {}, False),
+        (F(15, 2), LEAF | {"omega": ["17/10", "1/2"]}, {}, False),
+        (F(15, 2), LEAF | {"directions": LEAF["directions"][:2]}, {}, False),
+        (F(15, 2), LEAF | {"directions": [*LEAF["directions"][:2], ["-1"]]}, {}, False),
+        (F(15, 2), LEAF | {"directions": [["1", "0"], ["0", "1"], ["1", "0"]]}, {}, False),
+        (F(15, 2), {"split": [0, "4"], "parts": [LEAF, LEAF]}, {}, True),
+        (F(15, 2), {"split": [0, "4"], "parts": [LEAF, LEAF | {"omega": ["3/5", "8/5"]}]}, {}, False),
+        (F(15, 2), {"split": [0, "4"], "parts": [LEAF | {"omega": ["3/5", "8/5"]}, LEAF]}, {}, False),
+        (F(15, 2), {"split": [0, "4"], "parts": [LEAF]}, {}, False),
+        (F(15, 2), {"split": [0, "0"], "parts": [LEAF, LEAF]}, {}, False),
+        (F(15, 2), {"split": [0, "15/2"], "parts": [LEAF, LEAF]}, {}, False),
+        (F(15, 2), {"split": [1, "4"], "parts": [LEAF, LEAF]}, {}, False),
+        (F(15, 2), LEAF, {"linear": False}, False),
+        (F(15, 2), LEAF, {"time_varying": True, "rate": F(1)}, False),
+        (F(15, 2), LEAF, {"lower": F(-1)}, False),
+        (F(15, 2), LEAF, {"upper": "inf"}, False),
+    ],
+)
+def test_boxes_of_gains_keep_to_one_side_at_each_frequency(upper, tree, more, holds):
+    one = replace(PLAIN, **({"upper": upper, "slope": None, "linear": True} | more))
+    sides = [[-1, 0, 0], [1, -1, 0], [0, 1, -1]], [[1], [0], [0]], [[0, 0, 1]], [[0]]
+    document = SimpleNamespace(multiplier={}, proof={"method": "hull", "tree": tree})
+    with assert_accepted_if(holds):
+        require_gains(document, asked(*sides, one))
+    with pytest.raises(NotShown):  # unstable without any gain
+        require_gains(document, asked([[1, 0, 0], *sides[0][1:]], *sides[1:], one))
