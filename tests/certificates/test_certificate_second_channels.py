@@ -249,6 +249,8 @@ def test_an_eigenvector_lies_within_its_radius(by_state, by_value):
     [
         ([[1, 0], [0, -2]], [[0, 1]], ["1", "0"], "1", True),
         ([[1, 0], [1, -2]], [[0, 1]], ["1", "0"], "1", False),  # not invariant
+        ([[1, 0, 0], [1, -2, 0], [0, 0, -2]], [[0, 1, 0]], ["1", "0", "0"], "1", False),
+        ([[1, 0, 0], [0, -2, 1], [0, 0, -2]], [[0, 1, 1]], ["1", "0", "0"], "1", True),
         ([[1, 0], [1, -2]], [[0, 1]], ["3", "1"], "1", True),
         ([[1, 0], [1, -2]], [[0, 1]], ["-3", "-1"], "1", False),  # with the other gain
         ([[1, 0], [0, -2]], [[1, 1]], ["1", "0"], "1", True),
@@ -260,7 +262,7 @@ def test_an_eigenvector_lies_within_its_radius(by_state, by_value):
 )
 def test_a_ray_of_two_states(A, C, state, value, holds):
     relu = replace(PLAIN, relu=True)
-    plant = asked(A, [[0], [0]], C, [[0]], relu)
+    plant = asked(A, [[0]] * len(A), C, [[0]], relu)
     proof = {"method": "relu-ray", "gains": [["1"]], "state": state, "value": value, "radius": "1/1000"}
     with assert_accepted_if(holds):
         assert rays.refuted_by_ray(of(**proof), plant) == NO_REST

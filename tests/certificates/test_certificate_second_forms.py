@@ -6,6 +6,7 @@ from dataclasses import replace
 from fractions import Fraction as F
 from itertools import product
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -134,6 +135,9 @@ def test_which_multipliers_there_are_over_frequencies(one, change, theta, kernel
     )
     with assert_accepted_if(holds):
         assert several._over_frequencies(document, plant) is False
+        with patch.object(several, "require_frequencies") as asked_for:
+            several._over_frequencies(document, plant)
+        assert asked_for.call_args.args[-1] == fmpq_mat(1, 1)  # no pole at 0
 
 
 # Splines: the matrix at a point, of x_1' = .. with one gain, one function beside it, and direct terms

@@ -11,7 +11,7 @@ from second_plants import PLAIN, asked, assert_accepted_if, at, poly, rational, 
 
 from lure.analysis.certificates.second import gains, matrix, structure, theorems
 from lure.analysis.certificates.second.channel_gains import require_gains
-from lure.analysis.certificates.second.classes import AT_REST, BOUNDED, EQUILIBRIA, SQUARE_INTEGRABLE
+from lure.analysis.certificates.second.classes import AT_REST, BOUNDED, EQUILIBRIA, SQUARE_INTEGRABLE, Claim
 from lure.analysis.certificates.second.numerics import (
     Counts,
     ball,
@@ -153,6 +153,14 @@ def test_a_full_matrix_is_definite_where_its_least_eigenvalue_says(n, k, definit
     with working_precision(128):
         M = arb_mat([[ball(int(i == j) - k / n) for j in range(n)] for i in range(n)])
         assert matrix.positive_definite(M) is definite
+
+
+@pytest.mark.parametrize(("b", "case"), [("1/2", "critical"), ("-1/2", None), ("0", None)])
+def test_an_integrator_alone_has_a_positive_residue(b, case):
+    zero = {"right": ["1"], "left": ["1"], "pivot": 0}
+    with assert_accepted_if(case is not None):
+        proof = {"method": "matrix", "P": [], "exponent": 0, "zero": zero}
+        assert matrix.require_matrix(rational([[0]], [b], [1]), Claim.of(PLAIN), F(0), proof) == case
 
 
 @pytest.mark.parametrize(
@@ -527,6 +535,8 @@ def test_an_orbit_is_shown_where_it_is_alone():
             beside = [v + s * arb(2) ** -135 for v, s in zip((-1, 0, 1, 0, 2, 2), shift, strict=True)]
             found = _Equations(2, stays, half=False).enclosed(beside)
             assert all(one.contains(arb(v)) for one, v in zip(found, (-1, 0, 1, 0, 2, 2), strict=True))
+        with pytest.raises(NotShown, match="no periodic orbit"):  # farther away than the last radius
+            _Equations(2, stays, half=False).enclosed([v + arb(2) ** -28 for v in (-1, 0, 1, 0, 2, 2)])
 
 
 # of (1 + i w)^3 + g the imaginary part is positive below 3^(1/2) and the real one negative above, both before for g < 8

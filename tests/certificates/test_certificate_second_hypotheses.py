@@ -9,9 +9,11 @@ import pytest
 from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from second_plants import PLAIN, asked, assert_accepted_if
 
-from lure.analysis.certificates.second import pieces, structure, theorems
+from lure.analysis.certificates.second import pace, pieces, several, structure, theorems
+from lure.analysis.certificates.second.classes import ATTRACTS, EQUILIBRIA, NO_REST
 from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted, States
 from lure.analysis.certificates.second.windows import read_forms
 
@@ -74,6 +76,7 @@ SLOW = replace(LATE, time_varying=True, rate=F(1, 2))
         ((PLAIN, replace(PLAIN, time_varying=True)), (0, 1), (1, 1), (0, 1), False),
         ((PLAIN, replace(PLAIN, rough=True)), (0, 1), (1, 1), (0, 0), False),
         ((PLAIN, replace(PLAIN, upper="inf", slope=None)), (0, 1), (1, 1), (0, 0), False),
+        ((PLAIN, replace(PLAIN, lower=F(1), upper=F(3))), (0, 1), (1, 1), (0, 0), False),  # the gain 1 alone
         ((PLAIN, LINEAR), (0, 1), (1, 0), (0, 0), True),
         ((PLAIN, LINEAR), (0, 1), (1, 1), (0, 0), False),
         ((PLAIN, GAIN), (0, 1), (1, 0), (0, 0), True),
@@ -228,3 +231,112 @@ def test_far_out_a_form_is_positive_whatever_the_phases(kind, end):
         for share, holds in ((0.95, True), (1.05, False)):
             most = F(end * share).limit_denominator(10**6)
             assert pieces._at_any_phase(loop, known, row, most) is holds
+
+
+# Rates
+
+FLOW, SAMPLES = {"kind": "state-space", "time": "continuous"}, {"kind": "transfer", "time": "discrete"}
+BLOCK = {"sector": ["-1", "1"], "operator": "full block"}
+
+
+@pytest.mark.parametrize(
+    ("change", "rate", "holds"),
+    [
+        ({}, 1, True),
+        ({}, -1, True),
+        ({"system": SAMPLES}, -1, False),
+        ({"system": SAMPLES}, 0, False),
+        ({"nonlinearity": {"kind": "tanh"}}, 1, False),
+        ({"theorem": "zames-falb"}, 1, True),
+        *(({"theorem": theorem}, 1, False) for theorem in ("popov", "park", "diagonal-circle")),
+        *(({"nonlinearities": {"sector": ["0", end], "slope": ["0", "1"]}}, 1, False) for end in ("inf", "finite")),
+        ({"nonlinearities": {"sector": ["-inf", "0"], "slope": ["0", "1"]}}, 1, False),
+        ({"theorem": "zames-falb", "nonlinearities": {"sector": ["0", "inf"], "slope": ["0", "1"]}}, 1, True),
+        ({"theorem": "zames-falb", "nonlinearities": {"sector": ["0", "1"], "slope": ["0", "inf"]}}, 1, False),
+        ({"theorem": "circle", "nonlinearities": {"channels": [{}]}}, 1, False),
+        ({"theorem": "diagonal-circle", "nonlinearities": {"channels": [{}]}}, 1, True),
+        ({"theorem": "diagonal-circle", "nonlinearities": {"channels": [{}, {"operator": "any"}]}}, 1, False),
+        ({"theorem": "diagonal-circle", "nonlinearities": {"channels": [{}, BLOCK]}}, 1, True),
+        ({"theorem": "diagonal-circle", "nonlinearities": {"channels": [BLOCK, {"operator": "delay"}]}}, 1, False),
+        ({"theorem": "coupled-windows", "nonlinearities": {"channels": [{}]}}, 1, True),
+        ({"theorem": "coupled-windows", "nonlinearities": {"channels": [{}, BLOCK]}}, 1, False),
+        ({"theorem": "diagonal-circle", "nonlinearities": {"channels": [{"memory": "play"}, {}]}}, 1, False),
+        ({"verdict": "REFUTED", "proof": {"method": "linear-gain"}}, 1, True),
+        ({"verdict": "REFUTED", "proof": {"method": "equilibrium"}}, 1, False),
+        ({"verdict": "REFUTED", "proof": {"method": "member", "proof": {"method": "switched-gain"}}}, 1, True),
+        ({"verdict": "REFUTED", "proof": {"method": "member", "proof": {"method": "flow-orbit"}}}, 1, False),
+        ({"verdict": "REFUTED", "proof": {"method": "orbit"}, "system": SAMPLES}, 1, True),
+        ({"verdict": "REFUTED", "proof": {"method": "orbit"}}, 1, False),
+        ({"verdict": "REFUTED", "proof": {"method": "orbit"}, "system": SAMPLES | {"kind": "state-space"}}, 1, False),
+    ],
+)
+def test_what_goes_with_a_rate(change, rate, holds):
+    plain = {"sector": ["0", "1"], "slope": ["0", "1"]}
+    document = theorems.Document(
+        **(
+            {"verdict": "PROVED", "system": FLOW, "nonlinearities": plain, "nonlinearity": None, "theorem": "circle"}
+            | {"multiplier": {}, "conclusion": "", "hypotheses": {}, "proof": {}}
+            | change
+        )
+    )
+    rows = {"A": [["-1"]], "b": ["1"], "numerator": ["1"], "denominator": ["1", "0"]}
+    given = replace(document, system={**document.system, **rows})
+    with assert_accepted_if(holds):
+        turned = pace.weighted(given, F(rate)).system
+        assert (turned == given.system) is (given.proof.get("method") == "orbit" or given.system["kind"] == "transfer")
+
+
+def test_what_a_rate_says_follows_from_solutions_that_are_bounded():
+    document = SimpleNamespace(verdict="PROVED", system=FLOW)
+    assert "exp(-2 t)" in pace.conclusion(document, F(2), ATTRACTS, (ATTRACTS,))
+    assert "(2)^t" in pace.conclusion(SimpleNamespace(verdict="PROVED", system=SAMPLES), F(2), ATTRACTS, (ATTRACTS,))
+    late = SimpleNamespace(verdict="PROVED", system={"kind": pace.LATE, "time": "continuous"})
+    assert "before t = 0" in pace.conclusion(late, F(2), pace.DELAYED, (ATTRACTS,))
+    for one, shown in ((document, EQUILIBRIA), (document, pace.DELAYED), (late, ATTRACTS)):
+        with pytest.raises(NotShown, match="not bounded"):
+            pace.conclusion(one, F(2), shown, (ATTRACTS,))
+    grows = SimpleNamespace(verdict="REFUTED", system=FLOW)
+    assert "x(t) exp(2 t)" in pace.conclusion(grows, F(2), NO_REST, ())
+    assert pace.conclusion(grows, F(2), pace.NO_SOLUTION, ()) == pace.NO_SOLUTION
+    # a kernel of the mass 1/2 and the rate 2: (1 +- 1/4)^-2 of it at the rate 1/2
+    masses = pace.kernel_masses(F(-1, 2), F(2), 2, causal=True, rate=F(1, 2))
+    assert masses == [F(8, 25), F(8, 9)]
+    assert pace.kernel_masses(F(-1, 2), F(2), 2, causal=False, rate=F(1, 2)) == masses[::-1]
+    for rate in (F(2), F(-2)):
+        with pytest.raises(NotShown, match="faster than the rate"):
+            pace.kernel_masses(F(1, 2), F(2), 1, causal=True, rate=rate)
+
+
+# Forms that may be semidefinite: x' = -x + w, z = x, V = x^2, V' = w^2 - z^2 - (x - w)^2
+
+
+@pytest.mark.parametrize(
+    ("theorem", "given", "P", "loose", "plant", "holds"),
+    [
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "1", True, {}, True),
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "99/100", True, {}, False),
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "1", False, {}, False),
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "1", None, {}, False),
+        ("diagonal-circle", {"lambda": ["0", "0"]}, "1", True, {}, False),
+        ("full-block-circle", {"lambda": ["0", "1/2"], "Pi": [["0"], ["0", "0"]]}, "1", True, {}, False),
+        ("diagonal-popov", {"lambda": ["0", "1/2"], "theta": ["0", "0"]}, "1", True, {}, True),
+        ("diagonal-popov", {"lambda": ["0", "1/2"], "theta": ["0", "0"]}, "1", True, {"discrete": True}, False),
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "1", True, {"D": fmpq_mat([[-1, 0], [0, 0]])}, False),
+        ("diagonal-circle", {"lambda": ["0", "1/2"]}, "1", True, {"rough": True}, False),
+        ("diagonal-zames-falb", {"lambda": ["0", "1/2"]}, "1", True, {}, False),
+        ("triangular-circle", {"lambda": ["0", "1/2"]}, "1", True, {}, False),
+    ],
+)
+def test_where_forms_may_be_semidefinite(theorem, given, P, loose, plant, holds):
+    one = replace(PLAIN, rough=plant.get("rough", False))
+    sides = [[-1]], [[0, 1]], [[1], [1]], [[0, 0]] * 2
+    whole = asked(*sides, one, replace(SEEN, upper=F(1)))
+    whole = replace(whole, **{name: v for name, v in plant.items() if name != "rough"})
+    exact = F(P)
+    proof = {"method": "matrix", "P": [[str(exact.numerator)]], "exponent": 0, "semidefinite": loose}
+    if exact != 1:  # 99/128
+        proof |= {"exponent": 7}
+    proof = {key: v for key, v in proof.items() if v is not None}
+    document = SimpleNamespace(theorem=theorem, multiplier=given, proof=proof, rate=None)
+    with assert_accepted_if(holds):
+        assert several._proved(document, whole) is False

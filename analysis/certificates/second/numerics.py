@@ -196,11 +196,11 @@ def right_zeros(
         require(end < 2**_DOUBLINGS, "nothing is shown far out")
         end *= 2
     first = k = -n
-    stack = [(Fraction(0), end)]
-    for _ in range(_MOST_PIECES):
+    stack, looked_at = [(Fraction(0), end)], 0
+    while stack:
         tick()
-        if not stack:
-            break
+        looked_at += 1
+        require(looked_at < _MOST_PIECES, "the turns are not counted")
         a, b = stack.pop()
         g = turn(a, b) if not a or (b - a) * _SHORT > end else closer(a, b)
         turns = [j for j in ((k, k + 1, k - 1) if a else (-n, 2 - n)) if (g * acb(0, -1) ** (j % 4)).real > 0]
@@ -211,7 +211,7 @@ def right_zeros(
         require(b - a > end / _NARROWEST, "what is counted may have a root on the axis")
         stack += [((a + b) / 2, b), (a, (a + b) / 2)]
     whole = [quarters for quarters in range(k - 1, k + 2) if quarters % 4 == 0]
-    require(not stack and len(whole) == 1, "the turns are not counted")
+    require(len(whole) == 1, "the turns are not counted")
     return (first - whole[0] + n) // 2
 
 

@@ -373,18 +373,17 @@ def _reversed(p: fmpq_poly, n: int) -> list[acb]:
 
 def _require_piece(series: _Series, low: Fraction, high: Fraction) -> None:
     """Check ``F > 0`` from ``low`` to ``high``, of ``omega`` or of ``1/omega``."""
-    stack, narrow = [(low, high)], (high - low) / _NARROWEST
-    for _ in range(_MOST):
+    stack, narrow, looked_at = [(low, high)], (high - low) / _NARROWEST, 0
+    while stack:
         tick()
-        if not stack:
-            return
+        looked_at += 1
+        require(looked_at < _MOST, "F > 0 is not shown on a piece")
         a, b = stack.pop()
         if _positive(series, a, b):
             continue
         require(b - a > narrow, "F > 0 is not shown on a piece")
         middle = (a + b) / 2
         stack += [(a, middle), (middle, b)]
-    require(not stack, "F > 0 is not shown on a piece")
 
 
 def _positive(series: _Series, a: Fraction, b: Fraction) -> bool:

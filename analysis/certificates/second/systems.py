@@ -94,8 +94,6 @@ class Plant:
     @cached_property
     def counts(self) -> Counts:
         """The roots of ``d``; those at infinity count as on the axis."""
-        if self.d.degree() < 0:
-            return Counts(0, self.degree, 0)
         found = half_plane_counts(self.d)
         return Counts(found.left, found.axis + self.degree - self.d.degree(), found.right)
 
