@@ -410,6 +410,37 @@ def test_the_energy_of_a_flow_is_that_of_its_integral():
     assert found.rad() < arb(2) ** -40
 
 
+@pytest.mark.parametrize(
+    ("change", "one", "holds"),
+    [
+        ({}, {}, True),
+        ({"slopes": [[["1/2", "1/2"], ["1", "1"]]]}, {}, False),  # the function would depend on time
+        ({"slopes": [[["1/2", "1/2"], ["1", "1"]]]}, {"time_varying": True}, True),
+        ({"slopes": [["0", "1"]], "sides": [[1], [1]]}, {}, True),
+        ({"slopes": [["0", "1"]], "sides": [[0], [0]]}, {}, False),  # sigma is above 0
+        ({"inputs": [["-3"], ["0"]], "slopes": [["0", "1"]], "sides": [[0], [0]]}, {}, True),
+        ({"sides": [[2], [1]]}, {}, False),
+        ({"sides": [[0]]}, {}, False),
+        ({"sides": [[0, 0], [1, 1]]}, {}, False),
+        ({"times": ["3/4"]}, {}, False),
+        ({"times": ["3/4", "0"]}, {}, False),
+        ({"times": ["3/4", "-1/2"]}, {}, False),
+        ({"bits": 64}, {}, False),
+        ({"scale": "0"}, {}, False),
+    ],
+)
+def test_a_flow_of_lines_lets_more_through_than_is_said(change, one, holds):
+    # as above: |z|^2 is above |w|^2 (4/9)^2, and is not with a ninth of z
+    classes = replace(PLAIN, slope=None, **one), replace(SEEN, lower=F(-9, 4), upper=F(9, 4))
+    plant = asked([[-1]], [[1, 1]], [[1], [2]], [[0, 0]] * 2, *classes)
+    given = {"method": "signal", "slopes": [["1/2", "1/2"]], "inputs": [["3"], ["0"]], "times": ["3/4", "1/2"]}
+    proof = given | {"sides": [[0], [1]], "scale": "1", "bits": 192} | change
+    with assert_accepted_if(holds):
+        assert signals.refuted_by_signal(of(**proof), plant) == EXCEEDED
+    with pytest.raises(NotShown):
+        signals.refuted_by_signal(of(**proof), replace(plant, C=fmpq_mat([[1], [fmpq(1, 9)]])))
+
+
 def test_how_far_a_flow_may_be_off_is_bounded_by_its_parts():
     sides = [[-1, 2], [0, -3]], [[1, 0, 1], [2, 1, 0]], [[3, 4], [0, 1], [1, 1]], [[0, 0, 0], [2, 0, 0], [0, 0, 0]]
     one, seen = replace(PLAIN, slope=None, upper=F(5)), replace(SEEN, lower=F(-1), upper=F(1))

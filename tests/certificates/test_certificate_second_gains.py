@@ -1,4 +1,4 @@
-"""Signs, Lyapunov matrices, gains, orders of samples and rods of the second checker, sharp from both sides."""
+"""Lyapunov matrices, gains, orders of samples and rods of the second checker, sharp from both sides."""
 
 from dataclasses import replace
 from fractions import Fraction as F
@@ -6,21 +6,14 @@ from itertools import permutations, product
 from types import SimpleNamespace
 
 import pytest
-from flint import acb, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from second_plants import PLAIN, asked, assert_accepted_if, at, poly, rational, transfer
 
 from lure.analysis.certificates.second import gains, matrix, structure, theorems
 from lure.analysis.certificates.second.channel_gains import require_gains
 from lure.analysis.certificates.second.classes import AT_REST, BOUNDED, EQUILIBRIA, SQUARE_INTEGRABLE, Claim
 from lure.analysis.certificates.second.numerics import (
-    Counts,
     ball,
-    half_plane_counts,
-    nonnegative_from_zero,
-    nonnegative_on_circle,
-    on_axis,
-    positive_from_zero,
-    positive_on_circle,
     to_fmpq,
     working_precision,
 )
@@ -33,60 +26,6 @@ from lure.analysis.certificates.second.systems import (
 )
 
 ONE, Z = fmpq_poly([1]), fmpq_poly([0, 1])
-
-
-# Signs and roots
-
-
-@pytest.mark.parametrize(
-    ("p", "positive", "nonnegative"),
-    [
-        (poly(), False, True),
-        (poly("-1/2"), False, False),
-        (poly("1/2"), True, True),
-        (poly(0, 1), False, True),
-        (poly("-1/3", "1/2"), False, False),
-        (poly("1/3", "-1/2"), False, False),
-        (poly(-1, 1) ** 3, False, False),
-        (-(poly(-1, 1) ** 2), False, False),
-        (poly("1/4", 0, 1), True, True),
-    ],
-)
-def test_signs_of_short_polynomials_from_zero_on(p, positive, nonnegative):
-    assert (positive_from_zero(p), nonnegative_from_zero(p)) == (positive, nonnegative)
-
-
-@pytest.mark.parametrize(
-    ("p", "positive", "nonnegative"),
-    [
-        (poly(1, -1), False, True),
-        (poly(1, 1), False, True),
-        (poly("-1/2"), False, False),
-        (poly("1/2"), True, True),
-        (poly("1/2", 1) ** 3, False, False),
-        (poly("1/2", 1) ** 2 * poly(2, 1), False, True),
-        (poly("3/2", 1), True, True),
-    ],
-)
-def test_signs_of_short_polynomials_on_the_circle(p, positive, nonnegative):
-    assert (positive_on_circle(p), nonnegative_on_circle(p)) == (positive, nonnegative)
-
-
-def test_roots_that_lie_opposite_near_the_axis_are_on_their_sides():
-    assert half_plane_counts(poly("-1/4", 0, 1)) == Counts(1, 0, 1)
-    assert half_plane_counts(poly("-1/4", 0, 1) * poly("1/9", 0, 1) ** 2 * Z) == Counts(1, 5, 1)
-    with pytest.raises(NotShown, match="zero polynomial"):
-        half_plane_counts(poly())
-
-
-# on [1/2, 3/2] s^k is (i omega)^k, from the middle and at both ends
-@pytest.mark.parametrize("k", range(5))
-def test_a_function_is_enclosed_on_an_interval_of_the_axis(k):
-    with working_precision(128):
-        found = on_axis(lambda s: s**k if k else 0 * s + 1, F(1, 2), F(3, 2))
-        for omega in (F(1, 2), F(1), F(3, 2)):
-            assert found.contains(acb(0, ball(omega)) ** k)
-        assert found.abs_upper() < arb(2) ** (k + 1)
 
 
 # Lyapunov matrices
@@ -153,6 +92,34 @@ def test_a_full_matrix_is_definite_where_its_least_eigenvalue_says(n, k, definit
     with working_precision(128):
         M = arb_mat([[ball(int(i == j) - k / n) for j in range(n)] for i in range(n)])
         assert matrix.positive_definite(M) is definite
+
+
+# x' = a x + mu, sigma = x: V = p x^2 falls by (x, mu) [[-2 a p, 1 - p + a theta], [., 2/w + 2 theta]] (x, mu)
+@pytest.mark.parametrize(
+    ("a", "P", "w", "theta", "exponent", "holds"),
+    [
+        (-1, "1", F(9), 0, 0, True),
+        (-1, "4", F(16, 9), 0, 0, False),  # 16/w against 9
+        (-1, "4", F(16, 10), 0, 0, True),
+        (-1, "4", F(16, 9), 0, 1, True),  # of P = 2
+        (-1, "1", F(16, 9), 0, -2, False),
+        (-1, "1", F(9), F(4), 0, True),  # theta^2 against 2 (2/9 + 2 theta)
+        (-1, "1", F(9), F(9, 2), 0, False),
+        (-1, "1", F(9), F(-1, 10), 0, True),
+        (-1, "1", F(9), F(-1, 9), 0, False),
+        (1, "-1", F(1, 2), 0, 0, False),  # it falls, and is negative
+        (1, "1", F(1, 2), 0, 0, False),
+        (-1, "1", F(9), 0, 10**7, False),
+    ],
+)
+def test_a_matrix_of_one_state_is_sharp(a, P, w, theta, exponent, holds):
+    proof = {"method": "matrix", "P": [[P]], "exponent": exponent, "zero": None}
+    claim, given = Claim.of(replace(PLAIN, upper=w, slope=None)), rational([[a]], [1], [1])
+    with assert_accepted_if(holds):
+        assert matrix.require_matrix(given, claim, F(theta), proof) == "stable"
+    if theta:
+        with pytest.raises(NotShown, match="continuous time"):
+            matrix.require_matrix(replace(given, discrete=True), claim, F(theta), proof)
 
 
 @pytest.mark.parametrize(("b", "case"), [("1/2", "critical"), ("-1/2", None), ("0", None)])

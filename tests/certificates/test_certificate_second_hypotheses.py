@@ -3,6 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction as F
 from types import SimpleNamespace
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
@@ -340,3 +341,47 @@ def test_where_forms_may_be_semidefinite(theorem, given, P, loose, plant, holds)
     document = SimpleNamespace(theorem=theorem, multiplier=given, proof=proof, rate=None)
     with assert_accepted_if(holds):
         assert several._proved(document, whole) is False
+
+
+# What follows: of functions, of gains, beside play, with and without an eigenvalue 0
+
+ROWS = {"A": [["-1"]], "B": [["1", "1"]], "C": [["1"], ["1"]], "D": [["0", "0"]] * 2}
+NORM = {"sector": ["-1", "1"], "slope": None, "odd": False, "time_varying": True, "linear": False}
+SECTOR = NORM | {"sector": ["0", "1"], "time_varying": False}
+PLAY = SECTOR | {"slope": ["0", "1"], "memory": "play"}
+
+
+@pytest.mark.parametrize(
+    ("channels", "at_zero", "change", "said"),
+    [
+        ([SECTOR, SECTOR], False, {}, ATTRACTS),
+        ([SECTOR, SECTOR], True, {}, EQUILIBRIA),
+        ([SECTOR, NORM], False, {}, ATTRACTS),
+        ([SECTOR, NORM], True, {}, several.claims.BOUNDED),
+        ([SECTOR, NORM | {"operator": "performance"}], False, {}, several.claims.GAIN),
+        ([SECTOR, NORM | {"operator": "performance"}], True, {}, several.claims.GAIN),
+        ([SECTOR, NORM | {"operator": "any"}], False, {}, ATTRACTS),
+        ([SECTOR, NORM | {"operator": "any"}], True, {}, None),
+        ([NORM | {"operator": "any"}, NORM | {"operator": "performance"}], True, {}, None),
+        ([SECTOR, PLAY], False, {}, EQUILIBRIA),
+        ([SECTOR, PLAY], True, {}, None),
+        ([SECTOR, PLAY], False, {"proof": {"semidefinite": True}}, None),
+        ([PLAY, NORM | {"operator": "performance"}], False, {}, several.claims.GAIN),
+        ([SECTOR, SECTOR], False, {"nonlinearity": {}}, None),
+        ([SECTOR, SECTOR], False, {"verdict": "DOUBTED"}, None),
+        ([SECTOR, SECTOR], False, {"verdict": "REFUTED"}, None),
+        ([SECTOR, SECTOR], False, {"verdict": "REFUTED", "theorem": "counterexample", "multiplier": {"a": 1}}, None),
+    ],
+)
+def test_what_is_said_of_several_channels(channels, at_zero, change, said):
+    document = theorems.Document(
+        **(
+            {"verdict": "PROVED", "nonlinearity": None, "theorem": "diagonal-circle", "multiplier": {}, "proof": {}}
+            | {"system": {"kind": "multivariable", "time": "continuous", **ROWS}, "conclusion": "", "hypotheses": {}}
+            | {"nonlinearities": {"channels": channels, "repeated": False}}
+            | change
+        )
+    )
+    parts = {"_proved": Mock(return_value=at_zero), "refuted": Mock(), "increments": Mock()}
+    with patch.multiple(several, **parts), assert_accepted_if(said is not None):
+        assert several.shown(document) == said

@@ -11,6 +11,7 @@ import pytest
 from flint import acb, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from hypothesis import given
 from hypothesis import strategies as st
+from second_plants import poly
 
 from lure.analysis.certificates.second.channels import Asked, cut, joined, stacked
 from lure.analysis.certificates.second.classes import graph
@@ -19,14 +20,17 @@ from lure.analysis.certificates.second.numerics import (
     Counts,
     Laurent,
     X,
+    ball,
     even_odd,
     half_plane_counts,
     nonnegative_from_zero,
     nonnegative_on_circle,
+    on_axis,
     positive_from_zero,
     positive_on_circle,
     positive_roots,
     to_fmpq,
+    working_precision,
 )
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.several import _nonnegative
@@ -97,6 +101,57 @@ def test_signs_from_zero_on():
 )
 def test_signs_on_the_circle(p, positive, nonnegative):
     assert (positive_on_circle(p), nonnegative_on_circle(p)) == (positive, nonnegative)
+
+
+@pytest.mark.parametrize(
+    ("p", "positive", "nonnegative"),
+    [
+        (poly(), False, True),
+        (poly("-1/2"), False, False),
+        (poly("1/2"), True, True),
+        (poly(0, 1), False, True),
+        (poly("-1/3", "1/2"), False, False),
+        (poly("1/3", "-1/2"), False, False),
+        (poly(-1, 1) ** 3, False, False),
+        (-(poly(-1, 1) ** 2), False, False),
+        (poly("1/4", 0, 1), True, True),
+    ],
+)
+def test_signs_of_short_polynomials_from_zero_on(p, positive, nonnegative):
+    assert (positive_from_zero(p), nonnegative_from_zero(p)) == (positive, nonnegative)
+
+
+@pytest.mark.parametrize(
+    ("p", "positive", "nonnegative"),
+    [
+        (poly(1, -1), False, True),
+        (poly(1, 1), False, True),
+        (poly("-1/2"), False, False),
+        (poly("1/2"), True, True),
+        (poly("1/2", 1) ** 3, False, False),
+        (poly("1/2", 1) ** 2 * poly(2, 1), False, True),
+        (poly("3/2", 1), True, True),
+    ],
+)
+def test_signs_of_short_polynomials_on_the_circle(p, positive, nonnegative):
+    assert (positive_on_circle(p), nonnegative_on_circle(p)) == (positive, nonnegative)
+
+
+def test_roots_that_lie_opposite_near_the_axis_are_on_their_sides():
+    assert half_plane_counts(poly("-1/4", 0, 1)) == Counts(1, 0, 1)
+    assert half_plane_counts(poly("-1/4", 0, 1) * poly("1/9", 0, 1) ** 2 * X) == Counts(1, 5, 1)
+    with pytest.raises(NotShown, match="zero polynomial"):
+        half_plane_counts(poly())
+
+
+# on [1/2, 3/2] s^k is (i omega)^k, from the middle and at both ends
+@pytest.mark.parametrize("k", range(5))
+def test_a_function_is_enclosed_on_an_interval_of_the_axis(k):
+    with working_precision(128):
+        found = on_axis(lambda s: s**k if k else 0 * s + 1, F(1, 2), F(3, 2))
+        for omega in (F(1, 2), F(1), F(3, 2)):
+            assert found.contains(acb(0, ball(omega)) ** k)
+        assert found.abs_upper() < arb(2) ** (k + 1)
 
 
 @given(st.lists(st.integers(-4, 4), min_size=1, max_size=6), st.integers(0, 4), st.floats(0, 3.14))
