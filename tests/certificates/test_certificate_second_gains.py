@@ -17,7 +17,7 @@ from lure.analysis.certificates.second.numerics import (
     to_fmpq,
     working_precision,
 )
-from lure.analysis.certificates.second.orbits import Stay, _Equations, require_periodic
+from lure.analysis.certificates.second.orbits import Stay, Watched, _Equations, require_periodic
 from lure.analysis.certificates.second.order import _steps, require_positive_on_orders, strictly_copositive
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import (
@@ -267,6 +267,8 @@ def test_an_end_of_the_class_may_be_its_critical_case(n, d, lower, upper, critic
         ("samples", (F(76, 100), F(8, 10)), (F(104, 100), F(105, 100)), False),
         ("samples", (F(7, 10), F(8, 10)), (F(105, 100), F(106, 100)), False),
         ("samples", (F(7, 10), F(8, 10)), (F(523, 100), F(524, 100)), False),  # 2 pi less
+        ("small", (F(1, 10), F(1100)), (F(17, 10), F(18, 10)), True),
+        ("small", (F(1, 10), F(1100)), (F(18, 10), F(19, 10)), False),
         ("late", (F(157, 100), F(158, 100)), (F(157, 100), F(158, 100)), True),
         ("late", (F(157, 100), F(15707, 10000)), (F(157, 100), F(158, 100)), False),
         ("late", (F(157, 100), F(158, 100)), (F(1571, 1000), F(158, 100)), False),
@@ -275,6 +277,7 @@ def test_an_end_of_the_class_may_be_its_critical_case(n, d, lower, upper, critic
 def test_a_gain_of_the_range_has_a_root_in_the_band(loop, gains_, band, holds):
     plant = {
         "lag": transfer("8", "1 3 3 1"),
+        "small": transfer("1/100", "1 3 3 1"),
         "samples": transfer("1", "1 -1 1/4", discrete=True),
         "late": Delayed(terms=((F(1), ONE),), d=Z),  # s + g exp(-s): pi/2
     }[loop]
@@ -486,6 +489,32 @@ def test_the_equations_of_an_orbit_have_their_derivatives():
                 moved = equations.at([v + step * (i == j) for i, v in enumerate(z)])[0]
                 for i in range(6):
                     assert abs((moved[i, 0] - values[i, 0]) / step - slopes[i, j]) < arb(2) ** -40
+
+
+# y' is +-1/2, and what begins or ends at 0 is above or below it
+@pytest.mark.parametrize(
+    ("speed", "start", "low", "high", "enters", "leaves", "stays"),
+    [
+        (F(1, 2), F(0), F(0), None, 1, 0, True),
+        (F(-1, 2), F(0), F(0), None, 1, 0, False),
+        (F(-1, 2), F(0), F(0), None, -1, 0, False),
+        (F(1, 2), F(0), F(0), None, 0, 0, False),  # said to begin between the levels
+        (F(-1, 2), F(0), None, F(0), -1, 0, True),
+        (F(1, 2), F(0), None, F(0), -1, 0, False),
+        (F(-1, 2), F(0), None, F(0), 0, 0, False),
+        (F(1, 2), F(-1, 2), None, F(0), 0, 1, True),
+        (F(1, 2), F(-1, 2), None, F(0), 0, 0, False),
+        (F(1, 2), F(-1, 2), None, F(0), 0, -1, False),
+        (F(-1, 2), F(1, 2), F(0), None, 0, -1, True),
+        (F(-1, 2), F(1, 2), F(0), None, 0, 1, False),
+    ],
+)
+def test_at_both_ends_a_solution_is_on_its_side(speed, start, low, high, enters, leaves, stays):
+    one = Watched(row=(F(1), F(0)), low=low, high=high, enters=enters, leaves=leaves)
+    with working_precision(128):
+        equations = _Equations(1, [Stay(G=((F(0), speed), (F(0), F(0))), entry=one.row, watched=(one,))], half=False)
+        begun = arb_mat([[to_fmpq(start)], [1]])
+        assert equations.on_its_piece(0, one, begun, arb(1).union(arb(1) + arb(2) ** -90)) is stays
 
 
 # x_1' = 1 until x_1 = 1, and back: a saw of two stays, beside x_2' = -x_2; x'' = -x has an orbit of every size

@@ -7,7 +7,7 @@ from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
-from flint import acb, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from second_plants import PLAIN, asked, assert_accepted_if
 
 from lure.analysis.certificates.second import pace, pieces, several, structure, theorems
@@ -385,3 +385,43 @@ def test_what_is_said_of_several_channels(channels, at_zero, change, said):
     parts = {"_proved": Mock(return_value=at_zero), "refuted": Mock(), "increments": Mock()}
     with patch.multiple(several, **parts), assert_accepted_if(said is not None):
         assert several.shown(document) == said
+
+
+def test_terms_of_plants_with_parameters_are_those_of_their_rate():
+    term = {"A": [["1", "2"], ["3", "4"]], "B": [["1"], ["5"]], "common": "3", "C": []}
+    found = pace._part(term, F(1, 2), discrete=True)
+    assert found == term | {"A": [["2", "4"], ["6", "8"]], "B": [["2"], ["10"]]}
+    assert pace._part(term, F(1, 2), discrete=False) == term | {"A": [["5/2", "2"], ["3", "11/2"]]}
+
+
+# sigma + D phi(sigma) ascends: from the class, or as the file says, where 1 + l D > 0
+@pytest.mark.parametrize(
+    ("direct", "lower", "stated", "holds"),
+    [
+        (-1, F(0), True, True),
+        (-1, F(0), False, False),
+        (-1, F(1, 2), True, True),
+        (-1, F(3, 2), True, False),
+        (-1, F(1), True, False),
+        (1, F(-1, 2), True, True),
+        (1, F(-3, 2), True, False),
+    ],
+)
+def test_what_is_assumed_of_a_class_is_written(direct, lower, stated, holds):
+    question = SimpleNamespace(
+        direct=F(-1),
+        plain_direct=F(direct),
+        claim=SimpleNamespace(nonlinearities=replace(PLAIN, slope=None), lower=lower),
+        document=SimpleNamespace(hypotheses={"solvable": theorems.SOLVABLE if stated else "it is"}),
+    )
+    with assert_accepted_if(holds):
+        theorems._require_composed(question, F(1))
+
+
+@pytest.mark.parametrize("shift", [F(0), F(1, 4)])
+def test_far_out_a_form_is_that_of_both_bounds(shift):
+    # (1 + l h) (1 + u h) for l = -1/2, u = 1: positive from -1 to 2
+    known = [pieces._Channel("", F(3, 2), F(1), F(0), low=F(-1, 2) - shift, shift=shift)]
+    for h, holds in ((-0.99, True), (-1.01, False), (1.99, True), (2.01, False)):
+        with working_precision(64):
+            assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None]) is holds

@@ -491,7 +491,7 @@ def test_the_direct_term_after_the_shift():
         (["2", "-1", "3"], ["2", "3"], "omega^2", "polynomial", True),
         (["2", "-1", "3"], ["2", "2"], "omega^2", "polynomial", False),
         (["2", "-1", "3"], ["3", "3"], "omega^2", "polynomial", False),
-        (["2", "-1", "3"], ["-2", "-3"], "omega^2", "polynomial", False),
+        (["2", "-1", "3"], ["-1", "-3/2"], "omega^2", "polynomial", False),
         (["2", "-1", "3"], ["2", "3", "3"], "omega^2", "polynomial", False),
         (["2", "-1", "3"], ["2", "3"], "omega", "polynomial", False),
         (["2", "-1", "3"], ["2", "3"], "omega^2", "cover", False),

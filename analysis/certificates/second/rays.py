@@ -38,7 +38,7 @@ def refuted_by_ray(document: Document, asked: Asked) -> str:
                 require(one.has_gain(gain) and not one.operator, "a gain is not in its class")
                 require(gain == rows[0][i] == rows[0][asked.repeated[i]], "a gain is not constant, or not repeated")
     n, value, radius = asked.A.nrows(), number(proof["value"]), number(proof["radius"])
-    require(len(x) == n and radius > 0 and any(x), "the state does not fit")
+    require(len(x) == n and any(x), "the state does not fit")
     whole = diagonal([Fraction(1)] * n)
     signs = list[tuple[bool, fmpq_mat]]()
     for row in rows:
