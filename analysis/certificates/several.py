@@ -88,7 +88,8 @@ def examined(
             need(alone, "with operators an eigenvalue 0 is not covered")
             if asked.performance is not None:
                 return True, 7, facts | found, assumed
-            return True, 5 if any(one.varying for one in asked.families) else 4, facts | found, assumed
+            moving = "late" not in system and any(one.varying for one in asked.families)  # beside dead times no pole
+            return True, 5 if moving else 4, facts | found, assumed
         late = "late" in system  # the past, and the inputs to the block, matter then
         return True, 7 if asked.performance is not None else 10 if late else 0, facts | found, assumed
     need((name, data) == ("counterexample", {}), "a refutation is a counterexample")

@@ -81,8 +81,8 @@ class StabilityBound(Record):
     lower: Fraction = quantity("Lower end of the classes", plainly=lambda lower: plain(float(lower)))
     critical: bool = quantity(
         "Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for "
-        "time-varying nonlinearities, convergence to the set of equilibria for the others; else that 0 attracts every "
-        "motion"
+        "time-varying nonlinearities (beside dead times what is said of the others too), convergence to the set of "
+        "equilibria for the others; else that 0 attracts every motion"
     )
     proviso: str = quantity("What the theorem assumes of the nonlinearities beyond their class; empty if nothing")
     largest: Bracket = quantity(
@@ -284,7 +284,7 @@ class StabilityBound(Record):
             tried = ", the largest k tried" if self.search_limited else ""
             head = f"{self.conclusion.headline[:-1]}{tried} ({self.criterion}, {self.evidence})"
         elif self.verdict is Verdict.REFUTED:
-            head = f"Not stable for {self.about} [{start}, k], {self.refuted_ends}"
+            head = f"Not stable for {self.about} [{bound_below(self.lower)}, k], {self.refuted_ends}"
         elif self.largest.low > self.lower:
             head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
         else:
