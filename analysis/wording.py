@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.classes import FULL_BLOCK, in_channels, operator_words
-from lure.record import exact_text
+from lure.record import decimal_text, exact_text, value_text
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -31,6 +32,7 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _LONG = 300  # characters of one part of a plant
+_DIGITS, _NUMBER = 60, re.compile(r"(?<![\w.])(-?\d+(?:/\d+)?)(?!\w|\.\d)(?: \(about [^)]*\))?")
 _LISTED = 8  # gains, beyond which equal ones are counted
 _ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")
 _MOVING = ("switched-gains", "ramped-gains", "members")
@@ -162,6 +164,7 @@ def plain(claim: str) -> str:
     """A sentence of a certificate in the words of the field: solutions and nonlinearities for its motions and laws.
 
     A certificate's own sentences are part of its format, which stays.  What comes to rest is a rod, whose motions stay.
+    Numbers of more than 60 digits are rounded, and said to be.
 
     Parameters
     ----------
@@ -172,10 +175,21 @@ def plain(claim: str) -> str:
     --------
     >>> plain("every motion is bounded: all time-varying laws with phi(0) = 0")
     'every solution is bounded: all time-varying nonlinearities with phi(0) = 0'
+    >>> plain(f"slope from 0 up to {10**300 + 1}/3")
+    'slope from 0 up to about 3.333333e+299'
     """
-    said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", claim)
+    said = _NUMBER.sub(_short, claim)
+    said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", said)
     said = said.replace("zero of the law", "zero of the nonlinearity")
     return said if "comes to rest" in said else re.sub(r"\bmotion(s?)\b", r"solution\1", said)
+
+
+def _short(found: re.Match[str]) -> str:
+    """A number as it stands, or rounded where it is long, in place of the rounded one that may stand beside it."""
+    number = found[1]
+    if not _DIGITS < len(number) < sys.int_info.default_max_str_digits:
+        return found[0]
+    return f"about {decimal_text(Fraction(number), 7)}"
 
 
 def loop_words(certificate: Mapping[str, Any]) -> str:
@@ -236,7 +250,7 @@ def counterexample(shown: Refuted) -> str:
     if whole["method"] != "member":
         return found
     values = zip(system["parameters"], whole["at"], strict=True)
-    return f"{found} at {', '.join(f'{name} = {_near(Fraction(v))}' for (name, *_), v in values)}"
+    return f"{found} at {', '.join(value_text(name, Fraction(v)) for (name, *_), v in values)}"
 
 
 def plants_words(system: Mapping[str, Any]) -> str:
@@ -276,7 +290,7 @@ def _destabilising(shown: _Shown) -> str:
         return " and ".join(words + ["all-pass operators"] * bool(proof["operators"])) or "the linear loop"
     if method == "delayed-members":
         own = _beside_operators(shown)
-        delays = [f"a delay of {bound_below(Fraction(tau))}" for tau in proof["delays"]]
+        delays = [f"a delay of {_told(Fraction(tau))}" for tau in proof["delays"]]
         return " and ".join([*delays, *([_linear(shown, own)] if own else [])])
     if method == "signal":
         steps = "steps" if "times" in proof else "samples"
@@ -284,13 +298,13 @@ def _destabilising(shown: _Shown) -> str:
         return f"a disturbance of {len(proof['inputs'])} {steps}, from rest,{jumps}"
     if method == "delayed-gains":
         own, i = _beside_operators(shown), int(proof["channel"])
-        size = f"{proof['samples']} samples" if "samples" in proof else bound_below(Fraction(proof["delays"][1]))
+        size = f"{proof['samples']} samples" if "samples" in proof else _told(Fraction(proof["delays"][1]))
         late = f"a delay of {size} in channel {i}"
-        return f"{late} and the gains {', '.join(_near(Fraction(gain)) for gain in own)}" if own else late
+        return f"{late} and the gains {_about(own)}{_row(own)}" if own else late
     if "matrices" in proof:
         own = _beside_operators(shown)
-        rows = ["; ".join(", ".join(_near(Fraction(v)) for v in row) for row in one) for one in proof["matrices"]]
-        matrices = " and ".join(f"the matrix of gains [{text}]" for text in rows)
+        rows = [f"{_about(*one)}[{'; '.join(map(_row, one))}]" for one in proof["matrices"]]
+        matrices = " and ".join(f"the matrix of gains {text}" for text in rows)
         return f"{_linear(shown, own)} and {matrices}" if own else matrices
     if method == "linear-gains":
         kinds = shown.certificate["laws"]["channels"]
@@ -301,20 +315,21 @@ def _destabilising(shown: _Shown) -> str:
     if method == "members":
         return _moving(shown.certificate["system"], proof)
     if method in _MOVING:
-        first, second = (", ".join(_near(Fraction(gain)) for gain in row) for row in proof["gains"][:2])
+        about, (first, second) = _about(*proof["gains"]), map(_row, proof["gains"][:2])
         more = f" and {len(proof['gains']) - 2} more" if len(proof["gains"]) > 2 else ""
         if method == "ramped-gains":
-            return f"gains that go linearly from ({first}) to ({second}){more}, over and over again"
-        return f"the gains ({first}), then ({second}){more}, over and over again"
+            return f"gains that go linearly from {about}({first}) to ({second}){more}, over and over again"
+        return f"the gains {about}({first}), then ({second}){more}, over and over again"
     if method == "relu-ray":
-        rows = ["(" + ", ".join(_near(Fraction(gain)) for gain in row) + ")" for row in proof["gains"]]
+        about, rows = _about(*proof["gains"]), [f"({_row(row)})" for row in proof["gains"]]
         more = f" and {len(rows) - 3} more" if len(rows) > 3 else ""
-        return f"that along which the gains are {', then '.join(rows[:3])}{more}{', again and again' * (len(rows) > 1)}"
+        turns = ", again and again" * (len(rows) > 1)
+        return f"that along which the gains are {about}{', then '.join(rows[:3])}{more}{turns}"
     if method == "crossing":
         return f"phi = k sigma with k about {_near(Fraction(proof['gains'][0]))}"
     if method == "switched-gain":
         gains = [Fraction(gain) for gain in proof["gains"]]
-        return f"phi = k(t) sigma with k(t) between {_near(min(gains))} and {_near(max(gains))}, over and over again"
+        return f"phi = k(t) sigma with k(t) between {_told(min(gains))} and {_told(max(gains))}, over and over again"
     return _of_orbit(shown)
 
 
@@ -328,14 +343,14 @@ def _of_orbit(shown: _Shown) -> str:
     if method == "memory-orbit":
         kinds, period = shown.certificate["laws"]["channels"], 2 * sum(map(Fraction, proof["durations"]))
         parts = [
-            f"a {one['memory']} of slope {_near(Fraction(gain))}"
+            f"a {one['memory']} of slope {_told(Fraction(gain))}"
             if "memory" in one
-            else f"the gain {_near(Fraction(gain))}"
+            else f"the gain {_told(Fraction(gain))}"
             for gain, one in zip(proof["gains"], kinds, strict=True)
         ]
         return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
     if method == "orbit" and "scale" in proof:
-        scale = _near(Fraction(proof["scale"]))
+        scale = _told(Fraction(proof["scale"]))
         return f"a phi that is linear between {len(proof['u'])} points and their multiples by powers of {scale}"
     if method == "orbit":
         return _graph(proof)
@@ -354,17 +369,16 @@ def _moving(system: Mapping[str, Any], proof: Mapping[str, Any]) -> str:
     paths = [[Fraction(point[j]) for point in proof["at"]] for j in range(len(names))]
     said, how = list[str](), ""
     for name, path, rate in zip(names, paths, rates, strict=True):
-        ends = _near(min(path)), _near(max(path))
         if len(set(path)) == 1:
-            said.append(f"{name} = {ends[0]}")
+            said.append(value_text(name, path[0]))
             continue
-        said.append(f"{name} between {ends[0]} and {ends[1]}")
+        said.append(f"{name} between {_told(min(path))} and {_told(max(path))}")
         how = f", {'jumping over and over' if rate == 'inf' else 'going to and fro'},"
     rows = [tuple(row) for row in dict.fromkeys(tuple(row) for row in proof["gains"])]
-    gains = ["(" + ", ".join(_near(Fraction(gain)) for gain in row) + ")" for row in rows]
-    beside = f"the gain{'s' * (len(rows[0]) > 1)} {gains[0][1:-1]}"
-    if len(gains) > 1:
-        beside = f"gains that jump between {gains[0]} and {gains[1]} over and over"
+    about = _about(*rows)
+    beside = f"the gain{'s' * (len(rows[0]) > 1)} {about}{_row(rows[0])}"
+    if len(rows) > 1:
+        beside = f"gains that jump between {about}({_row(rows[0])}) and ({_row(rows[1])}) over and over"
     return f"parameters with {', '.join(said)}{how} and {beside}"
 
 
@@ -374,8 +388,7 @@ def _linear(shown: _Shown, gains: Sequence[str]) -> str:
     asked = any(one.get("operator") == "performance" for one in shown.certificate["laws"]["channels"])
     if asked and len(exact) == 1:
         return linear_gain(exact[0])
-    texts = [_near(gain) for gain in exact]
-    about = "" if [Fraction(text) for text in texts] == exact else "about "
+    texts, about = [_near(gain) for gain in exact], _about(exact)
     if len(texts) > _LISTED:
         runs = [(text, len(list(run))) for text, run in groupby(texts)]
         texts = [f"{text} ({times} times)" if times > 1 else text for text, times in runs]
@@ -464,18 +477,34 @@ def _graph(proof: Mapping[str, Any]) -> str:
     (first, at_first), (last, at_last) = points[0], points[-1]
     if left == right and first == -last and at_first == -at_last and len(set(inner)) == 1:
         if inner[0] == 0:
-            return f"a dead zone of +-{_near(last)} with slope {_near(right)}"
+            return f"a dead zone of +-{_near(last)} with slope {_told(right)}"
         if right == 0:
-            return f"a saturation with slope {_near(inner[0])} up to +-{_near(last)}"
+            return f"a saturation with slope {_told(inner[0])} up to +-{_near(last)}"
     slopes = [left, *inner, right]
     kinks = sum(a != b for a, b in pairwise(slopes))
-    return f"a piecewise linear phi with {kinks} corners and slopes from {_near(min(slopes))} to {_near(max(slopes))}"
+    return f"a piecewise linear phi with {kinks} corners and slopes from {_told(min(slopes))} to {_told(max(slopes))}"
 
 
 def _near(value: Fraction) -> str:
     """Exactly if that is short, else five digits: it is named here, the exact one stands in the certificate."""
     text = f"{float(value):.5g}"
     return f"{float(value):.7g}" if Fraction(f"{float(value):.7g}") == value else text
+
+
+def _about(*rows: Iterable[str | Fraction]) -> str:
+    """``about `` where one of the numbers is rounded: it may behave otherwise then."""
+    exact = [Fraction(value) for row in rows for value in row]
+    return "" if all(Fraction(_near(value)) == value for value in exact) else "about "
+
+
+def _told(value: Fraction) -> str:
+    """A number exactly, or after ``about``."""
+    return _about([value]) + _near(value)
+
+
+def _row(values: Iterable[str]) -> str:
+    """Numbers one after another."""
+    return ", ".join(_near(Fraction(value)) for value in values)
 
 
 def proviso(shown: Proved) -> str:

@@ -125,7 +125,8 @@ def _claim(found: StabilityBound) -> str:
     from lure.analysis.numerics.doubles import bound_above, bound_below
     from lure.analysis.verdict import Verdict
 
-    low, classes = found.largest.low, f"{found.about} [{bound_above(found.lower)}, k]"
+    low, outwards = found.largest.low, found.verdict is Verdict.REFUTED
+    classes = f"{found.about} [{(bound_below if outwards else bound_above)(found.lower)}, k]"
     if found.verdict is Verdict.PROVED:
         tried = ", the largest k tried" if found.search_limited else ""
         return f"{found.conclusion.headline[:-1]}{tried}, by {found.criterion} ({found.evidence})."

@@ -17,7 +17,7 @@ from lure.analysis.inequality.checks import require_solution
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import row_asked, why
 from lure.analysis.questions.channel_parts import in_parts, splits_of
-from lure.analysis.questions.channels import Factors
+from lure.analysis.questions.channels import Factors, require_range
 from lure.analysis.questions.conclusion import Certification, Conclusion, MismatchError, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.one_late_channel import as_one_channel, bound_of_factors
@@ -305,6 +305,8 @@ def answers(
         """The answers about one of the loops of which the plant consists."""
         return answers(own, seconds=left, numbers=numbers, progress=tell, brief=brief)
 
+    for problem in problems:
+        require_range(problem)
     for split in splits_of(problems):
         apart = in_parts(problems, split, ask, seconds, progress)
         if apart is not None:

@@ -53,6 +53,7 @@ from lure.analysis.wording import counterexample, destroys, method_of, proviso
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
+from lure.record import decimal_text
 
 Tell = Callable[[str, float], None]
 MOVING = ("switched-gains", "switched-gain", RAMPS, MEMBERS)
@@ -61,6 +62,7 @@ RAY = "relu-ray"
 _NO_MULTIPLIER = "no multiplier was found"
 _MOST_ROUTH = 40  # states; beyond them exact arrays take a minute, and come after the criteria
 _CLOSED, _NEAR = 1e-6, 1e-4  # relative: what is proved and what is refuted meet; rounding may leave so much
+_RANGE = Fraction(10**140)  # of upper bounds: squares of a million times as much are doubles
 _OPEN = 1e-2  # relative: a gap in which periodic solutions are searched for
 
 
@@ -407,6 +409,30 @@ def _larger(row: StabilityBound, asked: Problem) -> bool:
     classes = row.classes
     same = classes is not None and (classes.lower, classes.upper) == (asked.classes.lower, asked.classes.upper)
     return same and row.stopped is None and classes is not None and contains(class_entries(classes), asked.class_entry)
+
+
+def require_range(asked: Problem) -> None:
+    """Refuse upper bounds whose squares, or those of whose factors, are no doubles, where factors are asked for.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question.
+
+    Raises
+    ------
+    InputError
+        There is such a bound.
+    """
+    if asked.kind == "class" or not asked.several or asked.classes.performance is not None:
+        return
+    for i, end in enumerate(asked.classes.upper, 1):
+        if end and not 1 / _RANGE < abs(end) < _RANGE:
+            ends = f"between {decimal_text(1 / _RANGE)} and {decimal_text(_RANGE)}"
+            raise InputError(
+                f"the upper bound of channel {i} is {decimal_text(end)}, and factors of it are asked for; rescale the "
+                f"units of sigma or phi, so that it is {ends}"
+            )
 
 
 def require_well_posed(asked: Problem) -> None:

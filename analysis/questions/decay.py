@@ -153,7 +153,7 @@ class RateBound(TwoSided):
         if rate == still:
             return "does not decay"
         grows = rate > 1 if self.time == "discrete" else rate < 0
-        return f"{'grows like' if grows else 'decays no faster than'} {self._like(rate)}"
+        return f"{'grows at least like' if grows else 'decays no faster than'} {self._like(rate)}"
 
     def _page(self) -> Page:
         unit = "per sample" if self.time == "discrete" else "1/s"

@@ -30,7 +30,7 @@ from lure.analysis.questions.gain import gain_problem, l2_gain
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
 from lure.analysis.verdict import Evidence
-from lure.analysis.wording import class_words, proviso
+from lure.analysis.wording import class_words, proviso, same_in
 from lure.arrays import Reals, balanced, np
 from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
@@ -69,14 +69,24 @@ class EnergyBounds(Record):
         """What the theorem assumes of the nonlinearities beyond their class; empty if nothing."""
         return " and ".join(dict.fromkeys(filter(None, map(proviso, self.proofs))))
 
+    @property
+    def _about(self) -> str:
+        """The classes in words, as the certificates have them beside the channel from ``z`` to ``w``."""
+        laws = self.proofs[0].certificate["laws"]
+        own = [block for block in same_in(laws) if laws["channels"][block[0]].get("operator") != "performance"]
+        kept = [laws["channels"][i] for block in own for i in block]
+        return class_words({"channels": kept, "repeated": [len(block) for block in own]})
+
     def __str__(self) -> str:
         said = []
         if math.isfinite(self.initial):
             said.append(f"without disturbance the energy of z is at most {bound_above(self.initial)} |x(0)|^2")
         if math.isfinite(self.peak):
             said.append(f"from rest |z(t)|^2 is at most {bound_above(self.peak)} times the energy of w")
-        text = "; ".join(said) + f"{self.assumed and ', for members of the classes '}{self.assumed} (certified)"
-        text = text if said else "No quadratic function was found"
+        text = "No quadratic function was found"
+        if said:
+            about = ", ".join(filter(None, (self._about, self.assumed)))
+            text = f"for {about}: {'; '.join(said)} (certified)"
         return f"{text[0].upper()}{text[1:]}{f' ({self.reason})' if self.reason else ''}."
 
     def _page(self) -> Page:

@@ -152,7 +152,7 @@ class GainBound(TwoSided):
     def __str__(self) -> str:
         low, high = self.gain.low, self.gain.high
         if self.verdict is Verdict.REFUTED:
-            return f"No {self._name} is finite for {self._about}: {self.witness}."
+            return f"No {self._name} is finite for all members of the class ({self._about}): {self.witness}."
         above = ""
         if low > 0:
             member = self.witness.partition(" give")[0].rstrip(",")

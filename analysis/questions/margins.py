@@ -9,6 +9,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from functools import partial
 from itertools import islice
+from typing import cast
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import Failure, guarded
@@ -100,6 +101,9 @@ class Tolerances(TwoSided):
     margins: tuple[Margin, ...] = quantity("Of each parameter, and, where there are several, of all together the last")
     reason: str = quantity("Why nothing is proved of the box given; empty if it is", default="")
     stopped: Stopped | None = quantity("What ended the search before it was complete", default=None)
+    shown: Proved | Refuted | None = quantity(
+        "What the checker accepted of the box given", key="", label="", default=None
+    )
     _schema, _kind, _said = "lure-tolerances/1", "tolerances", "sentence"
     _no_truth = "tolerances have no truth value; compare result.verdict"
 
@@ -121,7 +125,10 @@ class Tolerances(TwoSided):
     @derived()
     def assumed(self) -> str:
         """What the proofs assume of the nonlinearities beyond their class; empty if nothing."""
-        return next((proviso(one.proof) for one in self.margins if one.proof is not None), "")
+        own = cast("Proved | None", self.shown) if self.verdict is Verdict.PROVED else None
+        proofs = (own, *(one.proof for one in self.margins))
+        found = (proviso(proof) for proof in proofs if proof is not None)
+        return " and ".join(dict.fromkeys(filter(None, found)))
 
     @property
     @derived()
@@ -139,7 +146,8 @@ class Tolerances(TwoSided):
         each = "; ".join(one.words(self.family) for one in self.margins)
         more = f" {UNFINISHED[self.stopped]}" if self.stopped else ""
         each += "" if self.evidence is None else f" ({self.evidence})"
-        return f"{said}. How far parameters may go about the middle of their intervals: {each}.{more}"
+        far = f" How far parameters may go about the middle of their intervals: {each}." if self.margins else ""
+        return f"{said}.{far}{more}"
 
     plot = drawn("Of two parameters the boxes, else the widths; see :func:`lure.analysis.plots.plot_tolerances`.")
 
@@ -367,12 +375,13 @@ class _Growth:
     def answered(self, seconds: float | None, progress: Callable[[str, float], None] | None) -> Tolerances:
         """The margins, one after the other."""
         tell, names, stopped = progress or (lambda _step, _done: None), self.plants.names, None
-        margins, verdict, reason = list[Margin](), Verdict.INCONCLUSIVE, "the time allowed is over"
+        margins, shown, verdict, reason = list[Margin](), None, Verdict.INCONCLUSIVE, "the time allowed is over"
         each = [(j,) for j in range(len(names))] + ([tuple(range(len(names)))] if len(names) > 1 else [])
         try:
             with time_limit(seconds):
                 tell("the box given", 0.0)
-                verdict, reason = self._verdict()
+                found = self._certification().conclusion
+                verdict, reason, shown = found.verdict, found.reason, found.shown
                 for i, own in enumerate(each):
                     tell(", ".join(names[j] for j in own), i / len(each))
                     margins.append(self.margin(own))
@@ -381,19 +390,22 @@ class _Growth:
         return Tolerances(
             family=self.plants,
             verdict=verdict,
-            nonlinearity_class=class_words(self.asked.class_entry, spelled=self.asked.spelled),
+            nonlinearity_class=class_words(
+                self.asked.class_entry, inwards=verdict is not Verdict.REFUTED, spelled=self.asked.spelled
+            ),
             margins=tuple(margins),
             reason=reason,
             stopped=stopped,  # type: ignore[arg-type]  # one of the two
+            shown=shown,
         )
 
-    def _verdict(self) -> tuple[Verdict, str]:
+    def _certification(self) -> Certification:
         """What is known of the box as it is given."""
         from lure.analysis.questions.answers import answer
 
         found = answer(self.asked)
         assert isinstance(found, Certification), "one class is asked about"
-        return found.conclusion.verdict, found.conclusion.reason
+        return found
 
 
 @dataclass

@@ -13,7 +13,7 @@ from lure.bounds import lower_text, upper_text
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
 from lure.plants.text import Element, OneVariable, Quotient, exact_coefficient, parsed_quotient
-from lure.record import exact_text
+from lure.record import exact_text, value_text
 
 if TYPE_CHECKING:
     from flint import fmpq
@@ -52,7 +52,7 @@ class InBox:
         point : sequence of Fraction
             The values.
         """
-        return ", ".join(f"{name} = {exact_text(v, 8)}" for name, v in zip(self.names, point, strict=True))
+        return ", ".join(value_text(name, v) for name, v in zip(self.names, point, strict=True))
 
     @property
     def ranges(self) -> str:

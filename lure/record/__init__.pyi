@@ -14,4 +14,5 @@ from lure.record.values import plain as plain
 from lure.record.values import read_only as read_only
 from lure.record.values import rounded as rounded
 from lure.record.values import same as same
+from lure.record.values import value_text as value_text
 from lure.record.values import xarray_or_refusal as xarray_or_refusal

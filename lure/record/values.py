@@ -103,6 +103,22 @@ def exact_text(value: float | Fraction, digits: int = 6) -> str:
     return str(value) if short and Fraction(text) != value else text
 
 
+def value_text(name: str, value: Fraction, digits: int = 8) -> str:
+    """A number with its name: ``a = 2/3``, or ``a about 0.33333333`` where it is rounded and may behave otherwise.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    value : Fraction
+        The number.
+    digits : int
+        How many are shown of a long one.
+    """
+    text = exact_text(value, digits)
+    return f"{name} = {text}" if Fraction(text) == value else f"{name} about {text}"
+
+
 def plain(value: object) -> object:
     """A value as plain JSON data, for ``to_dict``: exact numbers as text ``p/q``, infinite ones ``inf``, nan as None.
 

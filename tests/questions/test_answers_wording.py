@@ -1,6 +1,7 @@
 """What a certificate says in words: its class, its numbers rounded to the safe side, its member, what it assumes."""
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from pathlib import Path
@@ -8,16 +9,18 @@ from types import SimpleNamespace
 
 import pytest
 
-from lure import NonlinearityClass, Sector
-from lure.analysis import wording
+from lure import InputError, NonlinearityClass, Sector, SlopeBounds, as_plant
+from lure.analysis import certify, wording
 from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
 from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.states import assumed, classes, keeps
+from lure.analysis.cli.loops import lines
 from lure.analysis.numerics.doubles import bound_above, bound_below
-from lure.analysis.questions import analyse
+from lure.analysis.questions import analyse, max_slope
 from lure.analysis.questions.decay import RateBound
+from lure.analysis.questions.energy import EnergyBounds
 from lure.analysis.questions.gain import GainBound
-from lure.analysis.questions.margins import Margin, Tolerances
+from lure.analysis.questions.margins import Margin, Tolerances, tolerances
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction
 from lure.analysis.questions.steady import SteadyResponse
 from lure.analysis.report.loop.write import class_words as row_words
@@ -199,6 +202,80 @@ def test_gains_beyond_two_are_counted(more, said):
     )
 
 
+# Rounded numbers may behave otherwise: phi = -2/3 sigma and a = 2/3 are on the edge, and with a = .66667 the loop of
+# 1/(s + a) is stable.  What is not named exactly is said to be about that.
+@pytest.mark.parametrize(
+    ("proof", "said"),
+    [
+        ({"method": "linear-gain", "gain": "-2/3"}, "phi = -2/3 sigma at a = 2/3"),
+        ({"method": "linear-gain", "gain": "1"}, "phi = sigma at a about 0.66666667"),
+        ({"method": "switched-gain", "gains": ["0", "2/3"]}, "phi = k(t) sigma with k(t) between 0 and about 0.66667"),
+        (
+            {"method": "switched-gains", "gains": [["1", "0"], ["0", "2/3"]]},
+            "the gains about (1, 0), then (0, 0.66667)",
+        ),
+        ({"method": "ramped-gains", "gains": [["1/3"], ["2"]]}, "gains that go linearly from about (0.33333) to (2)"),
+        ({"method": "relu-ray", "gains": [["1/3", "1"]]}, "that along which the gains are about (0.33333, 1)"),
+        (
+            {"method": "relu-ray", "gains": [["1", "0"], ["0", "1"]]},
+            "the gains are (1, 0), then (0, 1), again and again",
+        ),
+        ({"method": "delayed-members", "delays": ["1/3"], "gains": ["0"]}, "a delay of about 0.33333"),
+        (
+            {"method": "delayed-gains", "channel": 1, "samples": 2, "gains": ["2/3"]},
+            "in channel 1 and the gains about 0.6",
+        ),
+        (
+            {"method": "linear-gains", "gains": ["0"], "matrices": [[["1/3", "1"]]]},
+            "matrix of gains about [0.33333, 1]",
+        ),
+        ({**BENT, "left": "2/3", "right": "2/3"}, "a dead zone of +-1 with slope about 0.66667"),
+        ({**SKEW, "right": "2/3"}, "slopes from 0 to 1.5"),
+        ({**SKEW, "left": "5/3"}, "slopes from 0 to about 1.6667"),
+    ],
+)
+def test_a_rounded_number_of_a_counterexample_is_said_to_be_one(proof, said):
+    at = "2/3" if "gain" in proof and proof["gain"] != "1" else "2000000000003/3000000000000"
+    system = {"kind": "family", "parameters": [["a", "2/3", "1"]]}
+    member = {"method": "member", "at": [at], "proof": proof}
+    laws = {"channels": [{"kind": "sector"}], "repeated": False}
+    assert said in counterexample(shown(MOVES, system=system, laws=laws, proof=member))
+
+
+def test_a_long_number_of_a_certificate_is_rounded_and_said_to_be():
+    long = f"slope from 0 up to {2 * 10**300 + 1}/3 (about 6.67e+299), rates up to 1/3 (about 0.3)"
+    assert wording.plain(long) == "slope from 0 up to about 6.666667e+299, rates up to 1/3 (about 0.3)"
+    assert wording.plain(f"a gain of -{10**300 + 1}.") == "a gain of about -1e+300."
+    assert wording.plain(f"up to {10**59}; x_{10**70}, {'1' * 5000}") == f"up to {10**59}; x_{10**70}, {'1' * 5000}"
+
+
+# phi = -1/3 sigma leaves a pole at 1/3: the classes begin at -1/3, and -.3333333 is above it
+def test_classes_that_are_never_stable_begin_no_higher_than_what_is_refuted():
+    found = max_slope(([1], [1, 0, 0, Fraction(1, 3)]), lower=Fraction(-1, 3), search="linear")
+    assert found.verdict is Verdict.REFUTED
+    assert str(found).startswith("Not stable for phi with slope in [-0.3333334, k]")
+    assert lines(found, stable=None)[0].startswith("Not stable for every phi with slope in [-0.3333334, k]")
+    row = {"lower": -1 / 3, "question": "slope", "odd": False}
+    assert row_words(row, inwards=False) == "slope in [-0.3333334, k]"
+
+
+@pytest.mark.parametrize(("size", "said"), [(7e307, "7e[+]307"), (1e-307, "1e-307")])
+def test_bounds_whose_factors_are_no_doubles_are_refused_by_their_channel(size, said):
+    plant = as_plant([["1/(s+1)", "0"], ["0", "1/(s+3)"]])
+    with pytest.raises(InputError, match=f"the upper bound of channel 2 is {said}, .* between 1e-140 and 1e[+]140"):
+        max_slope(plant, [SlopeBounds(0, 1), SlopeBounds(0, size)])
+    assert certify(plant, [Sector(0, 1), Sector(0, size)]).verdict is Verdict.PROVED
+
+
+def test_the_energy_is_that_of_the_classes_of_the_certificate():
+    laws = {"channels": [PLAIN, {**PLAIN, "operator": "performance", "sector": ["-1", "1"]}], "repeated": False}
+    told = SimpleNamespace(certificate={"laws": laws}, assumed="so")
+    found = EnergyBounds(initial=2 / 3, peak=inf, reason="why", proofs=(told,))
+    head = "For phi, time-invariant, in the sector [0, 2], for which so: without disturbance the energy of z is at most"
+    assert str(found) == f"{head} 0.6666667 |x(0)|^2 (certified) (why)."
+    assert str(EnergyBounds(initial=inf, peak=inf, reason="why")) == "No quadratic function was found (why)."
+
+
 def direct(d, **nonlinearities):
     system = {"kind": "state-space", "d": d} if "/" in d else None
     system = system or {"kind": "transfer", "numerator": [d, "1"], "denominator": ["1", "1"]}
@@ -361,8 +438,8 @@ def test_a_rate_is_said_to_the_safe_side(time, ends, proof, member, verdict, clo
         assert head == "No rate is proved for phi: why"
     else:
         assert head.rstrip(".") == ("Every " + RATE if verdict == "PROVED" else BAD).format(*said)
-    slow = {"2/3": "decays no faster than exp(-0.6666667 t)", "-2/3": "grows like exp(0.6666666 t)"}
-    slow |= {"4/3": "grows like 1.333333^t", "1/2": "decays no faster than 0.5^t", None: "does not decay"}
+    slow = {"2/3": "decays no faster than exp(-0.6666667 t)", "-2/3": "grows at least like exp(0.6666666 t)"}
+    slow |= {"4/3": "grows at least like 1.333333^t", "1/2": "decays no faster than 0.5^t", None: "does not decay"}
     if member is not None and (rate := member.get("rate")) in slow:
         assert tail == f"{'gains that jump' if 'method' in member else 'phi = sigma'} a solution {slow[rate]}."
 
@@ -458,7 +535,7 @@ MEMBER = "a member has a gain above 0.3333333, with phi = 2 sigma."
         (
             gained(inf, inf, Verdict.REFUTED, at_input=True),
             "REFUTED",
-            ("No L2 gain from w, added to mu, to z = sigma is finite", ""),
+            ("No L2 gain from w, added to mu, to z = sigma is finite for all members of the class (phi in", ""),
         ),
         (
             gained(1 / 3, inf, Verdict.REFUTED),
@@ -551,3 +628,15 @@ def test_tolerances_are_rounded_inwards(verdict, ends, said):
     found = Tolerances(family=family, verdict=Verdict[verdict], nonlinearity_class="phi", margins=(margin,))
     assert all(words in str(found) for words in said)
     assert ("certified" in str(found)) == any(ends)
+    # without a margin, as when the time was over, what the box given is proved with is assumed all the same
+    alone = replace(found, margins=(), stopped="time", shown=SimpleNamespace(assumed="so"))
+    assert alone.assumed == "for which so" * (verdict == "PROVED")
+    assert "How far" not in str(alone)
+
+
+def test_refuted_tolerances_are_of_no_smaller_class():
+    family = PlantFamily.of_coefficients([1], [1, "a"], {"a": (Fraction(1, 3), 2)})
+    said = str(tolerances(family, Sector(Fraction(-2, 3), Fraction(1, 3))))
+    assert said.startswith(
+        "Refuted for phi, time-invariant, in the sector [-0.6666667, 0.3333334] and some a in [1/3, 2]"
+    )

@@ -455,9 +455,9 @@ def test_random_loops_are_not_contradicted(seed):
 @pytest.mark.parametrize(
     ("plant", "ends", "said"),
     [
-        (RationalPlant([4, 3], [1, 0, -1]), (0, 1), "with phi = 0 a solution grows like exp(1 t)"),
-        (RationalPlant([1], [1, -1]), (F(1, 2), 2), "with phi = 0.5 sigma a solution grows like exp(0.5 t)"),
-        (RationalPlant([F(3, 2)], [1, -1], dt=1), (1, 2), "with phi = 2 sigma a solution grows like 2^t"),
+        (RationalPlant([4, 3], [1, 0, -1]), (0, 1), "with phi = 0 a solution grows at least like exp(1 t)"),
+        (RationalPlant([1], [1, -1]), (F(1, 2), 2), "with phi = 0.5 sigma a solution grows at least like exp(0.5 t)"),
+        (RationalPlant([F(3, 2)], [1, -1], dt=1), (1, 2), "with phi = 2 sigma a solution grows at least like 2^t"),
         (RationalPlant([1], [1, 0]), (0, 1), "with phi = 0 a solution does not decay"),
         (RationalPlant([1], [1, 1]), (-1, 0), "with phi = -sigma a solution does not decay"),
         (RationalPlant([1], [1, 3]), (-1, 1), "with phi = -sigma a solution decays no faster than exp(-2 t)"),
@@ -537,7 +537,7 @@ def test_constant_gains_of_two_channels_that_grow():
     found = str(decay_rate(plant, [Sector(0, 1), Sector(F(1, 2), 1)]))
     assert "with the gains " in found
     assert "0, " in found
-    assert found.endswith("a solution grows like exp(1 t).")
+    assert found.endswith("a solution grows at least like exp(1 t).")
 
 
 # with the gain g of 1/(s + 1) a pole at -1 - g, of .5/(z - .5) at .5 - .5 g, where g reaches 7e307: numbers that leave

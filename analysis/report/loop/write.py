@@ -101,17 +101,19 @@ def _gap(row: Data) -> str:
     return f"between {start} and {end}" if end else f"above {start}"
 
 
-def class_words(row: Data) -> str:
+def class_words(row: Data, *, inwards: bool = True) -> str:
     """The classes of one row of the table, such as ``odd, slope in [0, k]``.
 
     Parameters
     ----------
     row : dict
         One of the document's ``answers``.
+    inwards : bool
+        Whether the lower end is rounded into the classes, as for what is proved; else out of them, as for a member.
     """
     if "classes" in row:
         return f"{row['classes']['text']}; upper bounds times k"
-    lower, short = bound_above(row["lower"]), f"{row['lower']:.6g}"
+    lower, short = (bound_above if inwards else bound_below)(row["lower"]), f"{row['lower']:.6g}"
     lower = short if float(short) == row["lower"] else lower
     if row["question"] == "sector":
         return f"sector [{lower}, k]{', time-varying' if row['time_varying'] else ''}"
@@ -201,7 +203,7 @@ def counterexamples(data: Data) -> list[Data]:
                 repr((witness["kind"], witness["description"])),
                 {**witness, "quoted": quoted, "classes": [], "details": _details(witness["data"])},
             )
-            entry["classes"].append(class_words(row))
+            entry["classes"].append(class_words(row, inwards=False))
     return sorted(seen.values(), key=lambda witness: _size(witness["k"]))
 
 
