@@ -89,6 +89,7 @@ _RESTING = (
     "zeta = z + (position the waves would still move the end to) never increases, falls by (A/k) times the impulse of "
     "the contact stress, and ends as the resting place; a motion that never touches rests at zeta(0)"
 )
+_UNDER_LOAD = " About the motion under the load of this run nothing is claimed."
 _ARGUMENTS = {
     "rod": (
         "energy argument",
@@ -134,7 +135,7 @@ def conclusion(scheme: UpwindScheme, scenario: Scenario, intervals: Mapping[str,
     return Conclusion(
         rod=rod,
         scheme=discrete,
-        statement=_statement(scheme, found, discrete, blocks[1]) + _about_load(scenario),
+        statement=_statement(scheme, found, discrete, blocks[1]) + ("" if scenario.free else _UNDER_LOAD),
         stationary_set=_HALF_LINE if scenario.free else f"without load, {_HALF_LINE}",
         resting_place=resting,
         assumptions=_assumptions(scheme, blocks[1]) if proved else (_failing(scheme, blocks[1]),),
@@ -225,10 +226,6 @@ def _proof(model: str, found: SearchResult) -> Proof:
         evidence=found.evidence,
         argument=argument,
     )
-
-
-def _about_load(scenario: Scenario) -> str:
-    return "" if scenario.free else " About the motion under the load of this run nothing is claimed."
 
 
 def _assumptions(scheme: UpwindScheme, block: Block) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 
 from lure.analysis.rod.comparison.equations import SchemeEquations
-from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, Walked, cvode_leg, scipy_leg
+from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.arrays import Reals as Array
@@ -239,19 +239,13 @@ class _Walk:
 
     def _phase(self, t: float, span: tuple[float, float], touching: bool, watch: bool) -> tuple[float, bool]:  # noqa: FBT001  (see in_phases)
         self._fill(t)
-        found = self._leg((t, self.y), span, touching=touching, watch=watch)
-        self.y = found.y
-        return found.t, found.left
-
-    def _leg(self, start: tuple[float, Array], span: tuple[float, float], *, touching: bool, watch: bool) -> Walked:
-        t, y = start
         leg = Leg(
             equations=self.equations,
             touching=touching,
             start=t,
             end=span[1],
             span=span,
-            y=y,
+            y=self.y,
             times=self.times[self.filled : int(np.searchsorted(self.times, span[1], side="right"))],
             longest=self.longest,
             rtol=self.rtol,
@@ -266,7 +260,8 @@ class _Walk:
         self.filled += len(found.rows)
         self.evaluations += found.evaluations
         self.steps = None if found.steps is None or self.steps is None else self.steps + found.steps
-        return found
+        self.y = found.y
+        return found.t, found.left
 
     def _fill(self, t: float) -> None:
         """Samples up to ``t`` that are still open: those at ``t`` itself."""

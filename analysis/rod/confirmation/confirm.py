@@ -181,8 +181,4 @@ def _momentum(run: Trajectory) -> float:
 def _quantity(values: object, rise: float | None, allowance: float) -> Quantity | None:
     if rise is None or not isinstance(values, np.ndarray):
         return None
-    scale = float(np.abs(values).max())
-    unit = scale if scale > 0.0 else 1.0
-    return Quantity(
-        start=float(values[0]), end=float(values[-1]), against=rise / unit, allowance=allowance / unit, scale=scale
-    )
+    return Quantity.of(values, rise, allowance, float(np.abs(values).max()))

@@ -108,16 +108,7 @@ def rest_of_rod(rod: Rod, scenario: Scenario, followed: Followed, largest: float
             f"followed for {len(followed.windows)} round trips, of which the last {taken} agree with the closed form "
             f"of free flight within {closed_form_error(rod, followed):.1g} m, then by that form"
         )
-    scale = max(largest, abs(predicted), abs(shown))
-    return Rest(
-        predicted=predicted,
-        shown=shown,
-        at=at,
-        way=way,
-        difference=abs(predicted - shown) / scale if scale > 0.0 else 0.0,
-        allowance=momentum_allowance(rod, followed.windows) / scale if scale > 0.0 else 0.0,
-        scale=scale,
-    )
+    return Rest.of((predicted, shown), at, way, momentum_allowance(rod, followed.windows), largest)
 
 
 def rest_of_scheme(scheme: UpwindScheme, scenario: Scenario, run: Trajectory) -> Rest | str:
@@ -145,16 +136,8 @@ def rest_of_scheme(scheme: UpwindScheme, scenario: Scenario, run: Trajectory) ->
     except InputError:
         # a power law, or contact too stiff for the cells: one solver only
         shown, at, way = run.rest_position, float(run.t[-1]), "zeta at the end of the simulation"
-    scale = max(float(np.abs(run.z).max()), abs(predicted), abs(shown))
-    return Rest(
-        predicted=predicted,
-        shown=shown,
-        at=at,
-        way=way,
-        difference=abs(predicted - shown) / scale if scale > 0.0 else 0.0,
-        allowance=(10.0 * run.zeta_allowance + 2.0 * run.error_estimate) / scale if scale > 0.0 else 0.0,
-        scale=scale,
-    )
+    allowance = 10.0 * run.zeta_allowance + 2.0 * run.error_estimate
+    return Rest.of((predicted, shown), at, way, allowance, float(np.abs(run.z).max()))
 
 
 def _decay_time(scheme: UpwindScheme) -> float:

@@ -26,6 +26,12 @@ class Quantity(Record):
     allowance: float = quantity("What the arithmetic may be expected to add to that, relative to ``scale``")
     scale: float = quantity("Its largest size")
 
+    @classmethod
+    def of(cls, values: Array, rise: float, allowance: float, scale: float) -> Quantity:
+        """From its values, the largest step and the allowance in their unit, and their largest size."""
+        unit, (start, end) = scale if scale > 0.0 else 1.0, (float(values[0]), float(values[-1]))
+        return cls(start=start, end=end, against=rise / unit, allowance=allowance / unit, scale=scale)
+
     @property
     @derived()
     def holds(self) -> bool:
@@ -45,6 +51,22 @@ class Rest(Record):
     difference: float = quantity("``|predicted - shown|``, relative to the scale")
     allowance: float = quantity("What the arithmetic may be expected to add to that, relative to the scale")
     scale: float = quantity("Largest ``|z|`` along the motion or at rest", "m")
+
+    @classmethod
+    def of(cls, places: tuple[float, float], at: float, way: str, allowance: float, largest: float) -> Rest:
+        """From the places predicted and shown, what the arithmetic may add and the largest ``|z|`` met [m]."""
+        predicted, shown = places
+        scale = max(largest, abs(predicted), abs(shown))
+        difference, rounding = (size / scale if scale > 0.0 else 0.0 for size in (abs(predicted - shown), allowance))
+        return cls(
+            predicted=predicted,
+            shown=shown,
+            at=at,
+            way=way,
+            difference=difference,
+            allowance=rounding,
+            scale=scale,
+        )
 
     @property
     @derived()

@@ -107,11 +107,7 @@ def _decaying(side: Side, track: Track, followed: Followed, t: Array) -> Side:
 
 
 def _falling(values: Array, scale: float, allowed: float) -> Quantity:
-    rise = max(0.0, float(np.diff(values).max(initial=0.0)))
-    unit = scale if scale > 0.0 else 1.0
-    return Quantity(
-        start=float(values[0]), end=float(values[-1]), against=rise / unit, allowance=allowed / unit, scale=scale
-    )
+    return Quantity.of(values, max(0.0, float(np.diff(values).max(initial=0.0))), allowed, scale)
 
 
 def _energy(track: Track, t: Array, kind: Kind) -> Quantity:

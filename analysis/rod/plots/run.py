@@ -146,9 +146,8 @@ def plot_space_time(film: Film, which: Which, *, ax: Axes | None = None) -> Axes
         shading="gouraud",  # a front that runs between the points of the grid leaves no steps
         rasterized=True,
     )
-    bar = axes.figure.colorbar(
-        mesh, ax=axes, location="top", pad=0.03, fraction=0.06, aspect=30, extend=_cut_off(values, top)
-    )
+    cut_off = "both" if top < float(np.abs(values).max()) else "neither"
+    bar = axes.figure.colorbar(mesh, ax=axes, location="top", pad=0.03, fraction=0.06, aspect=30, extend=cut_off)
     bar.set_label(LABELS[which], loc="left")
     finish_axes(bar.ax)
     L, first, last = film.run.rod.length, float(film.t[0]), float(film.t[-1])
@@ -215,10 +214,6 @@ def colour_top(values: NDArray[np.float64]) -> float:
     sizes = np.abs(values)
     largest, usual = float(sizes.max()), float(np.quantile(sizes, 0.99))
     return 1.3 * (usual if 0.0 < 4.0 * usual < largest else largest) or 1.0
-
-
-def _cut_off(values: NDArray[np.float64], top: float) -> str:
-    return "both" if top < float(np.abs(values).max()) else "neither"
 
 
 _STRETCHES = 800

@@ -112,13 +112,7 @@ def _simulation(system: RodSystem) -> Simulation:
         trajectory = simulate(scheme, system.scenario, until=system.until, frames=FRAMES)
     except InputError as refusal:  # the verdicts do not rest on the simulation
         return Simulation(cells=None, trajectory=None, skipped=str(refusal))
-    found = contradictions(trajectory)
-    if found:
-        listed = "; ".join(found)
-        raise ContradictionError(
-            f"INTERNAL CONTRADICTION: the simulation of {system.name} contradicts what was shown; one of the two is "
-            f"wrong, and no report is written: {listed}"
-        )
+    _demand_no(contradictions(trajectory), f"the simulation of {system.name}")
     return Simulation(cells=cells, trajectory=trajectory, skipped=None)
 
 
@@ -126,13 +120,16 @@ def _confirmation(system: RodSystem, simulation: Simulation) -> Confirmation:
     cells = simulation.cells or min(system.cells, LARGEST_SIMULATED)
     run = simulation.trajectory or str(simulation.skipped)
     found = confirmation(upwind(system.rod, cells, form=system.form), system.scenario, system.until, run)
-    if found.contradictions:
-        listed = "; ".join(found.contradictions)
-        raise ContradictionError(
-            f"INTERNAL CONTRADICTION: the exact motion of {system.name} contradicts what was shown; one of the two is "
-            f"wrong, and no report is written: {listed}"
-        )
+    _demand_no(found.contradictions, f"the exact motion of {system.name}")
     return found
+
+
+def _demand_no(contradictions: Sequence[str], what: str) -> None:
+    if contradictions:
+        raise ContradictionError(
+            f"INTERNAL CONTRADICTION: {what} contradicts what was shown; one of the two is wrong, and no report is "
+            f"written: {'; '.join(contradictions)}"
+        )
 
 
 def checked_criteria(scheme: UpwindScheme, results: Sequence[CriterionResult]) -> tuple[CriterionResult, ...]:

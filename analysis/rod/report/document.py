@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from lure.analysis.numerics.evidence import ends
 from lure.analysis.report.parts import SCHEMA, Json, certificate_list
 from lure.analysis.rod.confirmation import Confirmation, Side
-from lure.analysis.rod.confirmation.result import Quantity, Rest
+from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
@@ -45,8 +45,8 @@ def confirmation_data(found: Confirmation) -> Json:
     return {
         "kind": found.kind,
         "sentence": confirmation_sentence(found),
-        "rod": None if found.rod is None else _side(found.rod),
-        "scheme": None if found.scheme is None else _side(found.scheme),
+        "rod": _side(found.rod),
+        "scheme": _side(found.scheme),
         "rod_skipped": found.rod_skipped,
         "scheme_skipped": found.scheme_skipped,
         "agrees": found.agrees,
@@ -54,45 +54,28 @@ def confirmation_data(found: Confirmation) -> Json:
     }
 
 
-def _side(side: Side) -> Json:
+_QUANTITY = {"start": "start", "end": "end", "residual": "against", "rounding": "allowance"}
+_SIDE = {"contact_count": "contacts", "max_gap_coordinate": "highest", "energy_residual": "energy_residual"}
+
+
+def _of(record: object, *names: str, **others: str) -> Json | None:
+    """Plain data of some fields of an object, each under its name or another; None of none."""
+    keys = {**dict(zip(names, names, strict=True)), **others}
+    return None if record is None else {key: plain(getattr(record, name)) for key, name in keys.items()}
+
+
+def _side(side: Side | None) -> Json | None:
+    if side is None:
+        return None
     return {
-        "model": side.model,
-        "until": plain(side.until),
-        "contact_count": side.contacts,
-        "max_gap_coordinate": plain(side.highest),
-        "energy_residual": plain(side.energy_residual),
-        "energy": _quantity(side.energy),
-        "lyapunov": _quantity(side.lyapunov),
+        **(_of(side, "model", "until", **_SIDE) or {}),
+        "energy": _of(side.energy, **_QUANTITY),
+        "lyapunov": _of(side.lyapunov, **_QUANTITY),
         "lyapunov_theta": plain(side.lyapunov_theta),
-        "zeta": _quantity(side.zeta),
+        "zeta": _of(side.zeta, **_QUANTITY),
         "momentum_residual": plain(side.momentum),
-        "rest": _rest(side.rest),
+        "rest": _of(side.rest, "predicted", "shown", "at", "way", "difference", rounding="allowance", agrees="agrees"),
         "open_end": side.open_end,
-    }
-
-
-def _quantity(quantity: Quantity | None) -> Json | None:
-    if quantity is None:
-        return None
-    return {
-        "start": plain(quantity.start),
-        "end": plain(quantity.end),
-        "residual": plain(quantity.against),
-        "rounding": plain(quantity.allowance),
-    }
-
-
-def _rest(rest: Rest | None) -> Json | None:
-    if rest is None:
-        return None
-    return {
-        "predicted": plain(rest.predicted),
-        "shown": plain(rest.shown),
-        "at": plain(rest.at),
-        "way": rest.way,
-        "difference": plain(rest.difference),
-        "rounding": plain(rest.allowance),
-        "agrees": rest.agrees,
     }
 
 
@@ -112,7 +95,9 @@ def confirmation_sentence(found: Confirmation) -> str:
         return f"{models}: at rest throughout, which tests nothing"
     followed = f"{models}, the rod up to {rod.until:.4g} s ({number_of_contacts(rod.contacts)})"
     if found.kind == "load":
-        return f"{followed}; {_UNDER_LOAD} ({_residuals(found)})"
+        sides = (rod,) if scheme is None else (rod, scheme)
+        within = ", ".join(f"{side.model.split(',')[0]} within {_order(side.energy_residual)}" for side in sides)
+        return f"{followed}; {_UNDER_LOAD} ({within})"
     assert rod.energy is not None
     if found.kind == "growth":
         return (
@@ -129,11 +114,6 @@ def _growth(energy: Quantity) -> str:
     """By how much, or to what: two numbers that look alike show no growth."""
     share = energy.end / energy.start - 1.0 if energy.start > 0.0 else 1.0
     return f" by {100.0 * share:.3g} %" if share < 1.0 else f" to {energy.end:.3g} J"
-
-
-def _residuals(found: Confirmation) -> str:
-    sides = [side for side in (found.rod, found.scheme) if side is not None]
-    return ", ".join(f"{side.model.split(',')[0]} within {_order(side.energy_residual)}" for side in sides)
 
 
 def _order(value: float) -> str:
@@ -245,13 +225,7 @@ def document(report: StabilityReport) -> Json:
         "criteria": [_criterion(result) for result in report.criteria],
         "conclusion": _conclusion(report),
         "certificates": certificate_list(report.certificates),
-        "response_check": {
-            "frequencies": report.response.frequencies,
-            "lowest": plain(report.response.lowest),
-            "highest": plain(report.response.highest),
-            "difference": plain(report.response.difference),
-            "skipped": report.response.skipped,
-        },
+        "response_check": _of(report.response, "frequencies", "lowest", "highest", "difference", "skipped"),
         "simulation": _simulation(report),
         "confirmation": confirmation_data(report.confirmation),
         "reproduce": {"command": report.command, "inputs_sha256": inputs_sha256(system)},
@@ -298,24 +272,12 @@ def _system(report: StabilityReport) -> Json:
         "parameters": {name: getattr(rod, name) for name in PARAMETERS},
         "parameters_exact": {name: exact_text(rod.exact[name]) for name in PARAMETERS},
         **({"intervals": intervals} if intervals else {}),
-        "derived": {
-            "wave_speed": rod.wave_speed,
-            "impedance": rod.impedance,
-            "travel_time": rod.travel_time,
-            "a": rod.reflection,
-            "b": rod.input_gain,
-            "d": rod.mobility,
-        },
+        "derived": _of(rod, "wave_speed", "impedance", "travel_time", a="reflection", b="input_gain", d="mobility"),
         "cells": system.cells,
         "form": system.form,
         "until": system.until,
         "simulation_cells": system.simulation_cells,
-        "scenario": {
-            "g": str(system.scenario.force),
-            "f": str(system.scenario.body_force),
-            "u0": str(system.scenario.displacement),
-            "u1": str(system.scenario.velocity),
-        },
+        "scenario": _of(system.scenario, g="force", f="body_force", u0="displacement", u1="velocity"),
         "matching": {"matched": report.matching.matched, "sentence": str(report.matching)},
     }
 
@@ -328,15 +290,7 @@ def _spectrum(report: StabilityReport) -> Json:
         "slowest_decay_rate": {"scheme": plain(found.decay_scheme), "rod": plain(found.decay_rod)},
         "first_elastic_mode": {"scheme": plain(found.elastic_scheme), "rod": plain(found.elastic_rod)},
         "jordan_size": found.jordan_size,
-        "modes": [
-            {
-                "number": mode.number,
-                "scheme": plain(mode.scheme),
-                "rod": plain(mode.rod),
-                "numerical_share": plain(mode.numerical_share),
-            }
-            for mode in found.modes
-        ],
+        "modes": [_of(mode, "number", "scheme", "rod", "numerical_share") for mode in found.modes],
     }
 
 
@@ -389,14 +343,7 @@ def _simulation(report: StabilityReport) -> Json:
         "contact": None if run is None else bool(run.contact),
         "contact_count": None if run is None else len(contacts),
         "contacts": [
-            {
-                "start": plain(contact.start),
-                "end": plain(contact.end),
-                "peak_penetration": plain(contact.peak_penetration),
-                "impulse": plain(contact.impulse),
-                "open": contact.open,
-            }
-            for contact in contacts[:MOST_CONTACTS]
+            _of(contact, "start", "end", "peak_penetration", "impulse", "open") for contact in contacts[:MOST_CONTACTS]
         ],
         "rest_position": None if run is None else plain(run.rest_position),
         "rest_limit": None if run is None else plain(run.rest_limit),

@@ -17,7 +17,6 @@ from lure.analysis.rod.runs.sampled import Along, SampledRun
 from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
-from lure.rod.motion import Motion
 
 if TYPE_CHECKING:
     import xarray
@@ -127,8 +126,9 @@ def film(done: Performed, span: tuple[float, float] | None, *, frames: int, disp
     first, last = span or usual_span(done.run)
     check_span((first, last), done.run.until, done.run.rod.travel_time)
     if done.motion is not None:
-        fields = partial(along_motion, done.motion, displaced=displaced)
-        return _of_motion(done.motion, done.run, np.linspace(first, last, frames), fields)
+        t, trace = np.linspace(first, last, frames), np.linspace(first, last, _TRACE)
+        along = along_motion(done.motion, t, _PLACES, displaced=displaced)
+        return Film(run=done.run, t=t, along=along, trace_t=trace, trace_u=done.motion.end_displacement(trace))
     return _of_samples(done.run, (first, last), frames)
 
 
@@ -200,11 +200,6 @@ def check_samples_seen(samples: int, until: float, transit: float) -> None:
             f"samples is {samples}, {(samples - 1) * transit / until:.2g} in a transit of the rod; for its waves to be "
             f"seen give at least {least}, or a shorter time"
         )
-
-
-def _of_motion(motion: Motion, run: SampledRun, t: Array, fields: Callable[[Array, int], Along]) -> Film:
-    trace = np.linspace(t[0], t[-1], _TRACE)
-    return Film(run=run, t=t, along=fields(t, _PLACES), trace_t=trace, trace_u=motion.end_displacement(trace))
 
 
 def _of_samples(run: SampledRun, span: tuple[float, float], frames: int) -> Film:

@@ -324,12 +324,9 @@ def rest_position() -> sp.Expr:
     of every point.  Whether the rod comes to rest is not shown here.
     """
     motion = hamilton()
-    pull = {end: area * E * sp.solve(line, end)[0] for line, end in _end_conditions(motion)}
+    conditions = (motion.left, strain_left), (motion.right, strain_right)
+    pull = {end: area * E * sp.solve(line, end)[0] for line, end in conditions}
     momentum_rate = sp.expand(pull[strain_right] - pull[strain_left]).subs({g: 0, p: 0})
     start, rest, initial_velocity = (sp.Symbol(name, real=True) for name in ("u0(0)", "u_rest", "int(u1)"))
     lost = momentum_rate.coeff(velocity_left) * (rest - start)
     return sp.expand(sp.solve(lost + rho * area * initial_velocity, rest)[0])
-
-
-def _end_conditions(motion: Hamilton) -> tuple[tuple[sp.Expr, sp.Symbol], tuple[sp.Expr, sp.Symbol]]:
-    return (motion.left, strain_left), (motion.right, strain_right)

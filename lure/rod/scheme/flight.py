@@ -215,7 +215,8 @@ class FreeFlight:
     def after(self, mean: Mean, *, way: Way = "auto") -> RegisterState:
         """What the register holds at the time ``mean`` in units of ``1/s``; errors as for :meth:`state`."""
         with np.errstate(over="ignore", invalid="ignore"):
-            waves, gap = self._by_modes(mean) if self._uses_modes(way) else self._by_poisson(mean)
+            modes = self.modes if self._uses_modes(way) else None
+            waves, gap = self._by_poisson(mean) if modes is None else (modes.waves(mean), modes.end(mean)[0])
         if not (np.isfinite(waves).all() and math.isfinite(gap)):
             raise InputError("the motion has grown beyond the range of doubles (damping < 0); give an earlier time")
         return RegisterState(register=self.register, waves=waves, gap=gap)
@@ -278,10 +279,6 @@ class FreeFlight:
                 'give way="poisson"'
             )
         return way != "poisson" and self.modes is not None
-
-    def _by_modes(self, mean: Mean) -> tuple[Array, float]:
-        assert self.modes is not None
-        return self.modes.waves(mean), self.modes.end(mean)[0]
 
     def _by_poisson(self, mean: Mean) -> tuple[Array, float]:
         start, size = self.start, 2 * self.register.cells
