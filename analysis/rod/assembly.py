@@ -74,13 +74,12 @@ def followed(assembly: RodAssembly) -> tuple[tuple[str, ...], tuple[FigureSpec, 
             "please report the file"
         )
     note = "Computed without a grid, of this motion alone."
+    closed, lost = "Contact where the upper curve is positive.", "Lost in the dashpots, and in an obstacle that moves."
     drawn = (
-        ("rods-contacts", "The contacts of the rods", f"Contact where the upper curve is positive. {note}",
-         plot_assembly_contacts),
+        ("rods-contacts", "The contacts of the rods", f"{closed} {note}", plot_assembly_contacts),
         ("rods-ends", "The ends of the rods", note, plot_assembly_ends),
-        ("rods-energy", "The energy of the rods", f"Lost in the dashpots, and in an obstacle that moves. {note}",
-         plot_assembly_energy),
-    )  # fmt: skip
+        ("rods-energy", "The energy of the rods", f"{lost} {note}", plot_assembly_energy),
+    )
     figures = [
         FigureSpec(name=name, section="simulation", title=title, caption=caption, draw=partial(draw, motion))
         for name, title, caption, draw in drawn
