@@ -1,8 +1,8 @@
 """Gains that jump, in turn, with which a solution in continuous time is not bounded, for Coq: `stays.v`, `jumps.v`.
 
 No matrix exponential is enclosed.  In steps ``h`` a form ``V = x'Q(t) x`` goes with the flow, ``Q' = -A'Q - QA - w`` by
-Taylor's series, of which the remainder is less than ``w``, so that ``V' <= 0``; at the end of each step ``Q`` is above
-that of the next one, and in the end above the first.
+Taylor's series, each term rounded; what is missing is less than ``w``, so that ``V' <= 0``; at the end of each step
+``Q`` is above that of the next one, and in the end above the first.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ MARGINS = (128, 512)  # bits beside those that the exponentials take
 TERMS = range(6, 41, 2)
 SLOWER = (0, 4, 7, 10, 14, 20, 28)  # how much slower than the fastest, as powers of two; 0: not at all
 STEP = 1.0  # times the largest eigenvalue
-DROPS = (1 << 12, 1 << 24)
-MOST_ORDER, MOST_STAYS, MOST_STEPS, MOST_WORK = 6, 24, 400, 10**10
+DROPS = (1 << 14, 1 << 24)
+MOST_ORDER, MOST_STAYS, MOST_STEPS, MOST_WORK = 6, 24, 400, 6 * 10**8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +48,10 @@ class Stay:
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """Stays of ``A - slower``, how many terms, the room ``w`` for ``V' <= 0``, half of what ``Q`` drops by; a start."""
+    """Stays of ``A - slower``, how many terms, a third of what ``Q`` drops by in a step, once by ``w h``; a start."""
 
     stays: list[Stay]
     terms: int
-    room: int
     drop: int
     start: list[int]
     slower: Fraction
@@ -60,7 +59,7 @@ class Growth:
     @property
     def test(self) -> str:
         """The arguments of `stays_ok` before the stays."""
-        return f"{len(self.start)} {self.terms} {self.room} {self.drop}"
+        return f"{len(self.start)} {self.terms} {self.drop}"
 
 
 def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
@@ -89,24 +88,19 @@ def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
             start = negative(found[0][0]) if found else []
             if not start:
                 break
-            room, stays = _room(drop, steps), list[Stay]()
+            stays = list[Stay]()
             for A, h, Q in zip(own, steps, found, strict=True):
                 d, rows = whole_rows(A)
                 stays.append(Stay(d=d, rows=rows, p=(h / d).numerator, q=(h / d).denominator, Q=Q))
-            if terms := _terms(stays, room, drop):
+            if terms := _terms(stays, drop):
                 # products of numbers of so many digits, which take Coq half a minute at most
-                work = sum(len(stay.Q) * n**2 * terms**3 * (stay.q.bit_length() + 5) ** 2 for stay in stays)
+                work = sum(len(stay.Q) * n**3 * terms * stay.q.bit_length() ** 2 for stay in stays)
                 if work > MOST_WORK:
                     raise refused(
                         "its numbers have too many digits for the steps of its period: Coq would take minutes"
                     )
-                return Growth(stays=stays, terms=terms, room=room, drop=drop, start=start, slower=slower)
+                return Growth(stays=stays, terms=terms, drop=drop, start=start, slower=slower)
     raise refused("no forms of few enough digits were found that fall around the period of its gains")
-
-
-def _room(drop: int, steps: Sequence[Fraction]) -> int:
-    """The room for ``V' <= 0``: what is lost by it in a step is about the drop at its end."""
-    return max(1, round(drop / min(steps)))
 
 
 def _around(
@@ -114,8 +108,8 @@ def _around(
 ) -> list[list[Rows]]:
     """The forms at the beginning of each step, twice the drop less than the flow gives; none if they are not found.
 
-    ``Q(h) = E'QE - w G`` with ``E = e^(-Ah)`` and ``G`` the integral of ``E'E``; with ``F = e^(Mh)``, ``M = (A', 1; 0,
-    -A)``, that is ``E'F_12``.
+    ``Q(h) = E'QE - w G``, ``w = drop/h``, with ``E = e^(-Ah)`` and ``G`` the integral of ``E'E``; with ``F = e^(Mh)``,
+    ``M = (A', 1; 0, -A)``, that is ``E'F_12``.
     """
     n, moves = len(matrices[0]), []
     unit = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)])
@@ -125,7 +119,7 @@ def _around(
         F = arb_mat([*top, *low]).exp()
         E = arb_mat([[F[n + i, n + j] for j in range(n)] for i in range(n)])
         G = E.transpose() * arb_mat([[F[i, n + j] for j in range(n)] for i in range(n)])
-        moves.append((E, G * arb(_room(drop, steps)) + unit * arb(2 * drop)))
+        moves.append((E, G * ball(drop / h) + unit * arb(2 * drop)))
     N, less = unit, arb_mat([[arb(0)] * n for _ in range(n)])
     for (E, G), count in zip(moves, counts, strict=True):
         for _ in range(count):
@@ -157,12 +151,12 @@ def _whole(x: arb) -> int:
     return round(Fraction(int(mantissa)) * Fraction(2) ** int(exponent))
 
 
-def _terms(stays: list[Stay], room: int, drop: int) -> int:
+def _terms(stays: list[Stay], drop: int) -> int:
     """How many terms are enough for `stays_ok` of the Coq file; 0 if none are."""
     pairs = [(stay, Q) for stay in stays for Q in stay.Q]
     after = [Q for _, Q in (*pairs[1:], pairs[0])]
     for m in TERMS:
-        if all(_piece_holds(stay, (Q, then), m, room, drop) for (stay, Q), then in zip(pairs, after, strict=True)):
+        if all(_piece_holds(stay, (Q, then), m, drop) for (stay, Q), then in zip(pairs, after, strict=True)):
             return m
     return 0
 
@@ -179,21 +173,19 @@ def _size(Q: Rows) -> int:
     return sum(abs(v) for i, row in enumerate(Q) for v in row[i:])
 
 
-def _piece_holds(stay: Stay, forms: tuple[Rows, Rows], m: int, room: int, drop: int) -> bool:
+def _piece_holds(stay: Stay, forms: tuple[Rows, Rows], m: int, drop: int) -> bool:
     """``piece_ok`` of the Coq file, of the forms before and after a step."""
-    (Q, after), d, p, q = forms, stay.d, stay.p, stay.q
-    n = range(len(Q))
-    terms = [Q, [[-v - d * room * (i == j) for j, v in enumerate(row)] for i, row in enumerate(_lie(Q, stay.rows))]]
-    for _ in range(m):
-        terms.append([[-v for v in row] for row in _lie(terms[-1], stay.rows)])
-    if p ** (m + 1) * _size(_lie(terms[-1], stay.rows)) > d * room * math.factorial(m + 1) * q ** (m + 1):
-        return False
-    E, g = terms[-1], 1
-    for k in range(m, -1, -1):
-        g *= q * (k + 1)
-        E = [[g * terms[k][i][j] + p * E[i][j] for j in n] for i in n]
-    rest = [[E[i][j] - g * after[i][j] - 2 * drop * g * (i == j) for j in n] for i in n]
-    return _size(rest) <= g * drop
+    (Q, after), p, q = forms, stay.p, stay.q
+    n, series, errors = range(len(Q)), [Q], 0
+    for k in range(1, m + 2):
+        moved = [[p * v for v in row] for row in _lie(series[-1], stay.rows)]
+        series.append(
+            [[-v // (q * k) - drop * (i == j and k == 1) for j, v in enumerate(row)] for i, row in enumerate(moved)]
+        )
+        errors += _size([[v % -(q * k) for v in row] for row in moved])
+    errors += _size([[p * v for v in row] for row in _lie(series[-1], stay.rows)])
+    rest = [[sum(R[i][j] for R in series) - after[i][j] - 2 * drop * (i == j) for j in n] for i in n]
+    return errors <= q * drop and _size(rest) <= drop
 
 
 def jumping_text(data: Mapping[str, Any], claim: str) -> str:

@@ -265,28 +265,28 @@ Definition rows_of (s : stay) : list (list Z) := fst (snd s).
 Definition first_of (s : stay) : triangle := hd [] (snd (snd (snd s))).
 Definition lasts (s : stay) : R :=
   let '(d, (_, ((p, q), Qs))) := s in IZR (Z.of_nat (length Qs)) * (IZR d * IZR p / IZR q).
-Fixpoint pieces_ok (n m : nat) (d w D : Z) (A : list (list Z)) (p q : Z) (Qs : list triangle) (after : triangle) : bool :=
+Fixpoint pieces_ok (n m : nat) (d D : Z) (A : list (list Z)) (p q : Z) (Qs : list triangle) (after : triangle) : bool :=
   match Qs with
   | [] => true
-  | Q :: r => piece_ok n m d w D A p q Q (hd after r) && pieces_ok n m d w D A p q r after
+  | Q :: r => piece_ok n m d D A p q Q (hd after r) && pieces_ok n m d D A p q r after
   end.
-Definition stay_ok (n m : nat) (w D : Z) (s : stay) (after : triangle) : bool :=
+Definition stay_ok (n m : nat) (D : Z) (s : stay) (after : triangle) : bool :=
   let '(d, (A, ((p, q), Qs))) := s in
   (0 <? d)%Z && (0 <? p)%Z && (0 <? q)%Z && (length A =? n)%nat && negb (length Qs =? 0)%nat &&
-  pieces_ok n m d w D A p q Qs after.
-Definition stays_ok (n m : nat) (w D : Z) (ss : list stay) : bool :=
-  (0 <? D)%Z && forallb (fun j => stay_ok n m w D (stay_at ss j) (first_of (stay_at ss (S j)))) (seq 0 (length ss)).
+  pieces_ok n m d D A p q Qs after.
+Definition stays_ok (n m : nat) (D : Z) (ss : list stay) : bool :=
+  (0 <? D)%Z && forallb (fun j => stay_ok n m D (stay_at ss j) (first_of (stay_at ss (S j)))) (seq 0 (length ss)).
 
-Lemma pieces_fall : forall n m d w D A p q after f, (0 < d)%Z -> (0 < q)%Z -> (0 < p)%Z -> (0 < D)%Z -> length A = n ->
-  solves n d A f -> forall Qs Q a, pieces_ok n m d w D A p q (Q :: Qs) after = true ->
+Lemma pieces_fall : forall n m d D A p q after f, (0 < d)%Z -> (0 < q)%Z -> (0 < p)%Z -> (0 < D)%Z -> length A = n ->
+  solves n d A f -> forall Qs Q a, pieces_ok n m d D A p q (Q :: Qs) after = true ->
   let b := a + INR (length (Q :: Qs)) * (IZR d * IZR p / IZR q) in
   qf after (at_once n f b) + IZR D * norm2 (at_once n f b) <= qf Q (at_once n f a).
 Proof.
-  intros n m d w D A p q after f dp qp pp Dp L S0; set (h := IZR d * IZR p / IZR q).
+  intros n m d D A p q after f dp qp pp Dp L S0; set (h := IZR d * IZR p / IZR q).
   induction Qs as [|Q' Qs IH]; intros Q a test; cbn [pieces_ok hd] in test; apply andb_true_iff in test as [one rest].
-  - pose proof (piece_falls n m d w D A p q Q after f a one dp qp pp L S0) as K; fold h in K.
+  - pose proof (piece_falls n m d D A p q Q after f a one dp qp pp L S0) as K; fold h in K.
     cbn [length INR]; rewrite Rmult_1_l; exact K.
-  - pose proof (piece_falls n m d w D A p q Q Q' f a one dp qp pp L S0) as K; fold h in K.
+  - pose proof (piece_falls n m d D A p q Q Q' f a one dp qp pp L S0) as K; fold h in K.
     specialize (IH Q' (a + h) rest); cbn zeta in IH |- *.
     replace (a + INR (length (Q :: Q' :: Qs)) * h) with (a + h + INR (length (Q' :: Qs)) * h)
       by (change (length (Q :: Q' :: Qs)) with (S (length (Q' :: Qs))); rewrite S_INR; ring).
@@ -313,7 +313,7 @@ Proof.
   apply (Rmult_lt_reg_l K); [exact Kp|]; assert (K * B <= K * Rabs B) by (apply Rmult_le_compat_l; lra); lra.
 Qed.
 
-Lemma in_turn_plain : forall n m w D start ss, ss <> [] -> length start = n -> stays_ok n m w D ss = true ->
+Lemma in_turn_plain : forall n m D start ss, ss <> [] -> length start = n -> stays_ok n m D ss = true ->
   qf (first_of (stay_at ss 0)) start < 0 ->
   exists (x : nat -> R -> R) (jump : nat -> R) (index : R -> nat),
     jump O = 0 /\ (forall j, jump (S j) = jump j + lasts (stay_at ss j)) /\
@@ -323,10 +323,10 @@ Lemma in_turn_plain : forall n m w D start ss, ss <> [] -> length start = n -> s
       derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s))) /\
     (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
 Proof.
-  intros n m w D start ss some Ls test neg; unfold stays_ok in test.
+  intros n m D start ss some Ls test neg; unfold stays_ok in test.
   rewrite andb_true_iff, Z.ltb_lt, forallb_forall in test; destruct test as [Dp test].
   assert (P : (0 < length ss)%nat) by (destruct ss; [contradiction|cbn; lia]).
-  assert (ok : forall j, stay_ok n m w D (stay_at ss j) (first_of (stay_at ss (S j))) = true).
+  assert (ok : forall j, stay_ok n m D (stay_at ss j) (first_of (stay_at ss (S j))) = true).
   { intro j; pose proof (test (j mod length ss)%nat) as T; rewrite in_seq in T.
     pose proof (Nat.mod_upper_bound j (length ss) ltac:(lia)).
     specialize (T ltac:(lia)); unfold stay_at in *; rewrite Nat.mod_mod in T by lia.
@@ -394,7 +394,7 @@ Proof.
       cbn [fst snd] in *; rewrite !andb_true_iff, !Z.ltb_lt, negb_true_iff, Nat.eqb_neq in T.
       destruct T as [[[[[d0 p0] q0] _] Q0] T].
       destruct Qs as [|Q Qs]; [cbn in Q0; lia|]; cbn [hd]; rewrite <- INR_IZR_INZ.
-      now apply (pieces_fall n m d w D A p q after (F j)). }
+      now apply (pieces_fall n m d D A p q after (F j)). }
     assert (bounded : exists K, 0 < K /\ forall j, IZR (size_of (first_of (stay_at ss j))) <= K).
     { assert (H : exists K, 0 < K /\ forall r, (r < length ss)%nat -> IZR (size_of (first_of (stay_at ss r))) <= K).
       { generalize (length ss); induction n0 as [|N [K [K0 E]]]; [exists 1; split; [lra|intros; lia]|].
@@ -416,13 +416,13 @@ Proof.
 Qed.
 
 (* One stay for all times. *)
-Lemma kept_plain : forall n m w D s start, stays_ok n m w D [s] = true -> length start = n -> qf (first_of s) start < 0 ->
+Lemma kept_plain : forall n m D s start, stays_ok n m D [s] = true -> length start = n -> qf (first_of s) start < 0 ->
   exists x : nat -> R -> R,
     (forall k t, (k < n)%nat ->
       derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s))) /\
     (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
 Proof.
-  intros n m w D [d [A [[p q] Qs]]] start test L neg; unfold stays_ok in test.
+  intros n m D [d [A [[p q] Qs]]] start test L neg; unfold stays_ok in test.
   cbn [length seq forallb] in test; change (stay_at [(d, (A, ((p, q), Qs)))] 0) with (d, (A, ((p, q), Qs))) in test.
   change (stay_at [(d, (A, ((p, q), Qs)))] 1) with (d, (A, ((p, q), Qs))) in test.
   unfold stay_ok, first_of, rows_of in *; cbn [fst snd] in *; rewrite !andb_true_iff, !Z.ltb_lt, negb_true_iff, !Nat.eqb_neq, Nat.eqb_eq in test.
@@ -436,7 +436,7 @@ Proof.
   destruct (falls_without_end (fun j => qf Q (z j)) (fun j => norm2 (z j)) (IZR D) (1 + IZR (size_of Q))) with (B := B) as [j J].
   - now apply IZR_lt.
   - pose proof (size_nonneg Q); lra.
-  - intro j; pose proof (pieces_fall n m d w D A p q Q x d0 q0 p0 Dp LA So Qs Q (INR j * T) test) as K; cbn zeta in K.
+  - intro j; pose proof (pieces_fall n m d D A p q Q x d0 q0 p0 Dp LA So Qs Q (INR j * T) test) as K; cbn zeta in K.
     fold T in K; unfold z; rewrite S_INR; replace ((INR j + 1) * T) with (INR j * T + T) by ring; exact K.
   - intro j; pose proof (size_bound Q (z j)) as S1; pose proof (Rle_abs (- qf Q (z j))) as S2; rewrite Rabs_Ropp in S2.
     pose proof (norm2_nonneg (z j)); lra.
@@ -479,7 +479,7 @@ Proof.
   assert (1 * 1 <= exp (e * t) * exp (e * t)) by (apply Rmult_le_compat; lra).
   rewrite <- (Rmult_1_l (norm2 (at_once n z t))) at 1; apply Rmult_le_compat_r; lra.
 Qed.
-Theorem in_turn : forall e n m w D start ss, 0 <= e -> ss <> [] -> length start = n -> stays_ok n m w D ss = true ->
+Theorem in_turn : forall e n m D start ss, 0 <= e -> ss <> [] -> length start = n -> stays_ok n m D ss = true ->
   qf (first_of (stay_at ss 0)) start < 0 ->
   exists (x : nat -> R -> R) (jump : nat -> R) (index : R -> nat),
     jump O = 0 /\ (forall j, jump (S j) = jump j + lasts (stay_at ss j)) /\
@@ -489,8 +489,8 @@ Theorem in_turn : forall e n m w D start ss, 0 <= e -> ss <> [] -> length start 
       derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s) + e * x k t)) /\
     (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
 Proof.
-  intros e n m w D start ss epos some L test neg.
-  destruct (in_turn_plain n m w D start ss some L test neg) as [z [jump [index [J0 [J [I [C [F U]]]]]]]].
+  intros e n m D start ss epos some L test neg.
+  destruct (in_turn_plain n m D start ss some L test neg) as [z [jump [index [J0 [J [I [C [F U]]]]]]]].
   exists (fun k t => exp (e * t) * z k t), jump, index.
   split; [exact J0|split; [exact J|split; [exact I|split; [|split]]]].
   - intros k t; apply (continuity_pt_mult (fun t => exp (e * t)) (z k)); [|apply C].
@@ -498,13 +498,13 @@ Proof.
   - intros k t K N s; apply up_solution, F; assumption.
   - now apply up_endless.
 Qed.
-Theorem kept : forall e n m w D s start, 0 <= e -> stays_ok n m w D [s] = true -> length start = n ->
+Theorem kept : forall e n m D s start, 0 <= e -> stays_ok n m D [s] = true -> length start = n ->
   qf (first_of s) start < 0 -> exists x : nat -> R -> R,
     (forall k t, (k < n)%nat ->
       derivable_pt_lim (x k) t (dot (nth k (rows_of s) []) (at_once n x t) / IZR (fst s) + e * x k t)) /\
     (forall B, exists t, 0 <= t /\ B < norm2 (at_once n x t)).
 Proof.
-  intros e n m w D s start epos test L neg; destruct (kept_plain n m w D s start test L neg) as [z [F U]].
+  intros e n m D s start epos test L neg; destruct (kept_plain n m D s start test L neg) as [z [F U]].
   exists (fun k t => exp (e * t) * z k t); split; [intros k t K; apply up_solution, F, K|now apply up_endless].
 Qed.
 

@@ -105,14 +105,14 @@ Proof.
     + apply (derivable_pt_lim_scal (fun t => f a t * g t)), (derivable_pt_lim_mult (f a) g); assumption.
 Qed.
 
-(* V = sum_k s^k/k! Q_k, s = (t - a)/d, with Q_(k+1) = - A'Q_k - Q_k A, and less d w |x|^2 for the first: V' = - w |x|^2
-   and a last term, where d x' = A x. *)
-Fixpoint follow (m : nat) (A : list (list Z)) (Q : triangle) : list triangle :=
-  match m with O => [Q] | S k => Q :: follow k A (mscale (-1) (lie 0 Q A)) end.
-Fixpoint last_of (m : nat) (A : list (list Z)) (Q : triangle) : triangle :=
-  match m with O => Q | S k => last_of k A (mscale (-1) (lie 0 Q A)) end.
-Fixpoint over (Qs : list triangle) (k : nat) (s : R) (z : list R) : R :=
-  match Qs with [] => 0 | Q :: r => / INR (fact k) * s ^ k * qf Q z + over r (S k) s z end.
+(* V = sum_k s^k R_k, s = (t - a)/h with h = d p/q, of any forms R_k: where d x' = A x, q h V' = sum_k s^k E_k. *)
+Fixpoint over (Rs : list triangle) (k : nat) (s : R) (z : list R) : R :=
+  match Rs with [] => 0 | M :: r => s ^ k * qf M z + over r (S k) s z end.
+Fixpoint errors (k : nat) (p q : Z) (A : list (list Z)) (Rs : list triangle) : list triangle :=
+  match Rs with
+  | [] => []
+  | M :: r => madd (mscale p (lie 0 M A)) (mscale (q * Z.of_nat (S k)) (hd [] r)) :: errors (S k) p q A r
+  end.
 
 Definition solves (n : nat) (d : Z) (A : list (list Z)) (f : nat -> R -> R) : Prop :=
   forall i t, (i < n)%nat -> derivable_pt_lim (f i) t (dot (nth i A []) (listed n (fun i => f i t)) / IZR d).
@@ -135,154 +135,100 @@ Proof.
   rewrite <- polar_part, <- L; f_equal; apply rows_by_place.
 Qed.
 
-Lemma power_flow : forall k a d t, d <> 0 ->
-  derivable_pt_lim (fun t => / INR (fact (S k)) * ((t - a) / d) ^ S k) t (/ INR (fact k) * ((t - a) / d) ^ k / d).
+Lemma power_flow : forall k a h t, h <> 0 -> derivable_pt_lim (fun t => ((t - a) / h) ^ S k) t (INR (S k) * ((t - a) / h) ^ k / h).
 Proof.
-  intros k a d t nz.
-  assert (D : derivable_pt_lim (fun t => (t - a) / d) t (/ d)).
-  { apply (derivable_same (fun t => / d * (t - a)) _ t (/ d * (1 - 0))); [intro; field; exact nz|ring|].
-    apply (derivable_pt_lim_scal (fun t => t - a)), (derivable_pt_lim_minus id (fun _ => a));
-      [apply derivable_pt_lim_id|apply derivable_pt_lim_const]. }
-  apply (derivable_same (fun t => / INR (fact (S k)) * ((t - a) / d) ^ S k) _ t
-    (/ INR (fact (S k)) * (INR (S k) * ((t - a) / d) ^ k * / d))); [reflexivity| |].
-  - rewrite fact_simpl, mult_INR; field; repeat split; try exact nz; try apply INR_fact_neq_0; apply not_0_INR; lia.
-  - apply (derivable_pt_lim_scal (fun t => ((t - a) / d) ^ S k)).
-    apply (derivable_pt_lim_comp (fun t => (t - a) / d) (fun s => s ^ S k)); [exact D|].
-    exact (derivable_pt_lim_pow ((t - a) / d) (S k)).
+  intros k a h t nz.
+  apply (derivable_pt_lim_comp (fun t => (t - a) / h) (fun s => s ^ S k)); [|exact (derivable_pt_lim_pow ((t - a) / h) (S k))].
+  apply (derivable_same (fun t => / h * (t - a)) _ t (/ h * (1 - 0))); [intro; field; exact nz|ring|].
+  apply (derivable_pt_lim_scal (fun t => t - a)), (derivable_pt_lim_minus id (fun _ => a));
+    [apply derivable_pt_lim_id|apply derivable_pt_lim_const].
 Qed.
-Lemma follow_flow : forall n d A f a t, length A = n -> solves n d A f -> IZR d <> 0 -> forall m k Q,
-  derivable_pt_lim (fun t => over (follow m A Q) (S k) ((t - a) / IZR d) (at_once n f t)) t
-    ((/ INR (fact k) * ((t - a) / IZR d) ^ k * qf Q (at_once n f t)
-      + / INR (fact (S k + m)) * ((t - a) / IZR d) ^ (S k + m) * qf (lie 0 (last_of m A Q) A) (at_once n f t)) / IZR d).
+Lemma over_flow : forall n d A p q f a t, length A = n -> solves n d A f -> IZR d <> 0 -> IZR p <> 0 -> IZR q <> 0 ->
+  let h := IZR d * IZR p / IZR q in forall Rs k,
+  derivable_pt_lim (fun t => over Rs (S k) ((t - a) / h) (at_once n f t)) t
+    ((IZR q * INR (S k) * ((t - a) / h) ^ k * qf (hd [] Rs) (at_once n f t)
+      + over (errors (S k) p q A Rs) (S k) ((t - a) / h) (at_once n f t)) / (IZR q * h)).
 Proof.
-  intros n d A f a t L S0 nz.
-  assert (one : forall k Q, derivable_pt_lim (fun t => / INR (fact (S k)) * ((t - a) / IZR d) ^ S k * qf Q (at_once n f t)) t
-    (/ INR (fact k) * ((t - a) / IZR d) ^ k / IZR d * qf Q (at_once n f t)
-      + / INR (fact (S k)) * ((t - a) / IZR d) ^ S k * (qf (lie 0 Q A) (at_once n f t) / IZR d))).
-  { intros k Q; apply (derivable_pt_lim_mult (fun t => / INR (fact (S k)) * ((t - a) / IZR d) ^ S k)
-      (fun t => qf Q (at_once n f t))); [now apply power_flow|now apply solution_form]. }
-  induction m as [|m IH]; intros k Q; cbn [follow last_of over].
-  - rewrite Nat.add_0_r.
-    apply (derivable_same (fun t => / INR (fact (S k)) * ((t - a) / IZR d) ^ S k * qf Q (at_once n f t)) _ t
-      (/ INR (fact k) * ((t - a) / IZR d) ^ k / IZR d * qf Q (at_once n f t)
-        + / INR (fact (S k)) * ((t - a) / IZR d) ^ S k * (qf (lie 0 Q A) (at_once n f t) / IZR d)));
-      [intro; ring|unfold Rdiv; ring|apply one].
-  - specialize (IH (S k) (mscale (-1) (lie 0 Q A))); rewrite qf_scale in IH.
-    replace (S k + S m)%nat with (S (S k) + m)%nat by lia.
-    eapply derivable_same; [| |apply (derivable_pt_lim_plus _ _ _ _ _ (one k Q) IH)]; [reflexivity|].
-    unfold Rdiv; ring.
+  intros n d A p q f a t L S0 nd np nq h.
+  assert (nh : h <> 0) by (unfold h, Rdiv; repeat apply Rmult_integral_contrapositive_currified; try apply Rinv_neq_0_compat; assumption).
+  induction Rs as [|M Rs IH]; intro k.
+  - cbn [over errors hd qf]; replace (_ / _) with 0 by (field; split; assumption); apply derivable_pt_lim_const.
+  - specialize (IH (S k)); cbn [over errors hd].
+    eapply derivable_same; [intro; reflexivity| |apply (derivable_pt_lim_plus _ _ _ _ _ (derivable_pt_lim_mult
+      (fun t => ((t - a) / h) ^ S k) (fun t => qf M (at_once n f t)) t _ _ (power_flow k a h t nh) (solution_form n d A f M t L S0)) IH)].
+    rewrite qf_add, !qf_scale, mult_IZR, <- INR_IZR_INZ; set (u := (t - a) / h); set (T := over _ _ u _); clearbody u T.
+    unfold h; field; repeat split; assumption.
 Qed.
 
-(* One piece: Q before, Q' after, the step h = d p/q. *)
-Fixpoint zfact (k : nat) : Z := match k with O => 1%Z | S j => (Z.of_nat (S j) * zfact j)%Z end.
-Fixpoint ending (Qs : list triangle) (k : nat) (p q : Z) : triangle * Z :=
-  match Qs with
-  | [] => ([], 1%Z)
-  | Q :: r => match r with
-    | [] => (Q, 1%Z)
-    | _ => let (E, g) := ending r (S k) p q in
-      let h := (q * Z.of_nat (S k) * g)%Z in (madd (mscale h Q) (mscale p E), h)
-    end
+(* One piece: Q before, after that; the series of the flow, each form rounded, with D less at the first power. *)
+Fixpoint series (m k : nat) (p q : Z) (A : list (list Z)) (M : triangle) : list triangle :=
+  match m with
+  | O => [M]
+  | S j => M :: series j (S k) p q A (mdiv (q * Z.of_nat (S k)) (mscale (- p) (lie 0 M A)))
   end.
-Definition terms (n m : nat) (d w : Z) (A : list (list Z)) (Q : triangle) : list triangle :=
-  Q :: follow m A (madd (mscale (-1) (lie 0 Q A)) (diagonal n (- (d * w)))).
-Definition piece_ok (n m : nat) (d w D : Z) (A : list (list Z)) (p q : Z) (Q after : triangle) : bool :=
-  let first := madd (mscale (-1) (lie 0 Q A)) (diagonal n (- (d * w))) in
-  (p ^ Z.of_nat (S m) * size_of (lie 0 (last_of m A first) A) <=? d * w * zfact (S m) * q ^ Z.of_nat (S m))%Z &&
-  (let (E, g) := ending (terms n m d w A Q) 0 p q in
-   size_of (madd E (madd (mscale (- g) after) (diagonal n (- (2 * D * g))))) <=? g * D)%Z.
+Definition sizes (Rs : list triangle) : Z := fold_right (fun M s => (size_of M + s)%Z) 0%Z Rs.
+Definition piece_ok (n m : nat) (d D : Z) (A : list (list Z)) (p q : Z) (Q after : triangle) : bool :=
+  let Rs := Q :: series m 1 p q A (madd (mdiv q (mscale (- p) (lie 0 Q A))) (diagonal n (- D))) in
+  let Es := errors 0 p q A Rs in
+  (size_of (madd (hd [] Es) (diagonal n (q * D))) + sizes (tl Es) <=? q * D)%Z &&
+  (size_of (madd (fold_right madd [] Rs) (madd (mscale (-1) after) (diagonal n (- (2 * D))))) <=? D)%Z.
 
-Lemma zfact_fact : forall k, IZR (zfact k) = INR (fact k).
-Proof. induction k as [|k IH]; [reflexivity|]; rewrite fact_simpl, mult_INR, <- IH; cbn [zfact]; now rewrite mult_IZR, <- INR_IZR_INZ. Qed.
-Lemma ending_sound : forall p q s z, (0 < q)%Z -> s = IZR p / IZR q -> forall Qs k, Qs <> [] ->
-  (0 < snd (ending Qs k p q))%Z /\
-  over Qs k s z = / INR (fact k) * s ^ k * (qf (fst (ending Qs k p q)) z / IZR (snd (ending Qs k p q))).
+Lemma over_bound : forall s z, 0 <= s <= 1 -> forall Rs k, over Rs k s z <= IZR (sizes Rs) * norm2 z.
 Proof.
-  intros p q s z qpos E; apply IZR_lt in qpos as Q0; induction Qs as [|Q r IH]; intros k some; [contradiction|].
-  destruct r as [|Q1 r].
-  - cbn [ending over fst snd]; split; [lia|field; apply INR_fact_neq_0].
-  - destruct (IH (S k) ltac:(discriminate)) as [gpos V]; clear IH some; revert gpos V.
-    change (ending (Q :: Q1 :: r) k p q) with (let (E, g) := ending (Q1 :: r) (S k) p q in
-      let h := (q * Z.of_nat (S k) * g)%Z in (madd (mscale h Q) (mscale p E), h)).
-    change (over (Q :: Q1 :: r) k s z) with (/ INR (fact k) * s ^ k * qf Q z + over (Q1 :: r) (S k) s z).
-    destruct (ending (Q1 :: r) (S k) p q) as [F g]; cbn [fst snd]; intros gpos V; split; [nia|].
-    rewrite V, qf_add, !qf_scale, !mult_IZR, <- INR_IZR_INZ, fact_simpl, mult_INR; apply IZR_lt in gpos.
-    pose proof (INR_fact_neq_0 k); assert (INR (S k) <> 0) by (apply not_0_INR; lia).
-    cbn [pow]; rewrite E; field; repeat split; lra.
+  intros s z [s0 s1]; pose proof (norm2_nonneg z) as N; induction Rs as [|M Rs IH]; intro k; cbn [over sizes fold_right]; [lra|].
+  specialize (IH (S k)); unfold sizes in IH; rewrite plus_IZR.
+  pose proof (size_bound M z) as B; pose proof (Rle_abs (qf M z)); pose proof (Rabs_pos (qf M z)).
+  pose proof (pow_le s k s0) as P0; pose proof (pow_incr s 1 k (conj s0 s1)) as P1; rewrite pow1 in P1.
+  assert (s ^ k * qf M z <= s ^ k * Rabs (qf M z)) by (apply Rmult_le_compat_l; assumption).
+  assert (s ^ k * Rabs (qf M z) <= 1 * Rabs (qf M z)) by (apply Rmult_le_compat_r; assumption).
+  lra.
 Qed.
+Lemma over_start : forall z Rs k, over Rs (S k) 0 z = 0.
+Proof. intros z; induction Rs as [|M Rs IH]; intro k; cbn [over]; [reflexivity|]; rewrite IH, pow_i by lia; ring. Qed.
+Lemma over_end : forall z Rs k, over Rs k 1 z = qf (fold_right madd [] Rs) z.
+Proof. intros z; induction Rs as [|M Rs IH]; intro k; cbn [over fold_right]; [reflexivity|]; rewrite IH, pow1, qf_add; ring. Qed.
 
-Lemma piece_falls : forall n m d w D A p q Q after f a, piece_ok n m d w D A p q Q after = true ->
+Lemma piece_falls : forall n m d D A p q Q after f a, piece_ok n m d D A p q Q after = true ->
   (0 < d)%Z -> (0 < q)%Z -> (0 < p)%Z -> length A = n -> solves n d A f ->
   qf after (at_once n f (a + IZR d * IZR p / IZR q)) + IZR D * norm2 (at_once n f (a + IZR d * IZR p / IZR q))
     <= qf Q (at_once n f a).
 Proof.
-  intros n m d w D A p q Q after f a test dpos qpos ppos L S0; unfold piece_ok in test.
-  set (first := madd (mscale (-1) (lie 0 Q A)) (diagonal n (- (d * w)))) in test.
-  apply andb_true_iff in test as [tail jump]; apply Z.leb_le in tail.
-  assert (nz : IZR d <> 0) by (apply IZR_lt in dpos; lra).
-  pose proof (IZR_lt _ _ dpos) as dp; pose proof (IZR_lt _ _ qpos) as qp; pose proof (IZR_lt _ _ ppos) as pp.
-  set (h := IZR d * IZR p / IZR q); set (s := IZR p / IZR q).
-  assert (hs : h / IZR d = s) by (unfold h, s; field; lra).
-  assert (hpos : 0 < h) by (unfold h; apply Rdiv_lt_0_compat; nra).
-  set (v := fun t => over (terms n m d w A Q) 0 ((t - a) / IZR d) (at_once n f t)).
-  set (v' := fun t => - (IZR w * norm2 (at_once n f t)) + / INR (fact (S m)) * ((t - a) / IZR d) ^ S m
-     * qf (lie 0 (last_of m A first) A) (at_once n f t) / IZR d).
+  intros n m d D A p q Q after f a test dpos qpos ppos L S0; unfold piece_ok in test; cbv zeta in test.
+  set (r := series m 1 p q A _) in test; clearbody r; cbn [errors hd tl] in test.
+  set (E := madd _ (mscale (q * Z.of_nat 1) (hd [] r))) in test; apply andb_true_iff in test as [tail jump].
+  apply IZR_lt in dpos, qpos, ppos; set (h := IZR d * IZR p / IZR q).
+  assert (hpos : 0 < h) by (unfold h; apply Rdiv_lt_0_compat; [now apply Rmult_lt_0_compat|exact qpos]).
+  set (v := fun t => over (Q :: r) 0 ((t - a) / h) (at_once n f t)).
+  set (v' := fun t => (qf E (at_once n f t) + over (errors 1 p q A r) 1 ((t - a) / h) (at_once n f t)) / (IZR q * h)).
   assert (Dv : forall t, derivable_pt_lim v t (v' t)).
-  { intro t; unfold v, terms; cbn [over]; fold first.
+  { intro t; unfold v; cbn [over].
     eapply derivable_same; [| |apply (derivable_pt_lim_plus (fun t => qf Q (at_once n f t)) _ _ _ _
-      (solution_form n d A f Q t L S0) (follow_flow n d A f a t L S0 nz m 0 first))].
-    - intro u; unfold plus_fct; cbn [fact pow INR]; field.
-    - unfold v', first; rewrite qf_add, qf_scale, qf_diagonal by (unfold at_once; apply listed_length).
-      rewrite opp_IZR, mult_IZR; cbn [Nat.add].
-      set (T := / INR (fact (S m)) * ((t - a) / IZR d) ^ S m * qf _ (at_once n f t)).
-      cbn [fact pow INR]; field; exact nz. }
+      (solution_form n d A f Q t L S0) (over_flow n d A p q f a t L S0 ltac:(lra) ltac:(lra) ltac:(lra) r 0))].
+    - intro u; unfold plus_fct; fold h; cbn [pow]; ring.
+    - fold h; unfold v', E; rewrite qf_add, !qf_scale, mult_IZR; cbn [pow INR]; change (IZR (Z.of_nat 1)) with 1.
+      set (T := over _ 1 _ _); set (U := qf (lie 0 Q A) _); set (W := qf (hd [] r) _).
+      unfold h; field; repeat split; lra. }
   assert (down : forall t, a < t < a + h -> v' t <= 0).
-  { intros t T; unfold v'; set (u := (t - a) / IZR d).
-    assert (U : 0 <= u <= s).
-    { unfold u; split; [apply Rmult_le_pos; [lra|left; now apply Rinv_0_lt_compat]|].
-      rewrite <- hs; apply Rmult_le_compat_r; [left; now apply Rinv_0_lt_compat|lra]. }
-    set (M := lie 0 (last_of m A first) A) in *; set (z := at_once n f t).
-    pose proof (size_bound M z) as B; pose proof (norm2_nonneg z) as N; pose proof (size_nonneg M) as Z0.
-    apply IZR_le in tail; rewrite !mult_IZR, <- !pow_IZR, zfact_fact in tail.
-    pose proof (INR_fact_lt_0 (S m)) as F.
-    assert (P : u ^ S m <= s ^ S m) by (apply pow_incr; exact U).
-    assert (P0 : 0 <= u ^ S m) by (apply pow_le; lra).
-    assert (R1 : s ^ S m * IZR (size_of M) <= IZR d * IZR w * INR (fact (S m))).
-    { unfold s, Rdiv; rewrite Rpow_mult_distr, pow_inv.
-      apply (Rmult_le_reg_r (IZR q ^ S m)); [apply pow_lt; exact qp|].
-      replace (IZR p ^ S m * / IZR q ^ S m * IZR (size_of M) * IZR q ^ S m) with (IZR p ^ S m * IZR (size_of M))
-        by (field; apply pow_nonzero; lra); lra. }
-    assert (R2 : u ^ S m * qf M z <= IZR d * IZR w * INR (fact (S m)) * norm2 z).
-    { apply Rle_trans with (u ^ S m * (IZR (size_of M) * norm2 z)).
-      - apply Rmult_le_compat_l; [exact P0|]; apply Rle_trans with (2 := B); apply Rle_abs.
-      - apply Rle_trans with (s ^ S m * IZR (size_of M) * norm2 z); [|apply Rmult_le_compat_r; assumption].
-        rewrite <- Rmult_assoc; apply Rmult_le_compat_r; [exact N|]; apply Rmult_le_compat_r; assumption. }
-    assert (R3 : / INR (fact (S m)) * u ^ S m * qf M z / IZR d <= IZR w * norm2 z); [|lra].
-    apply (Rmult_le_reg_l (INR (fact (S m)) * IZR d)); [nra|].
-    replace (INR (fact (S m)) * IZR d * (/ INR (fact (S m)) * u ^ S m * qf M z / IZR d)) with (u ^ S m * qf M z)
-      by (field; lra); lra. }
-  destruct (MVT_cor2 v v' a (a + h)) as [c [E C]]; [lra|intros; apply Dv|].
+  { intros t T; unfold v'; set (z := at_once n f t).
+    assert (U : 0 <= (t - a) / h <= 1).
+    { split; [apply Rmult_le_pos; [lra|left; now apply Rinv_0_lt_compat]|].
+      apply (Rmult_le_reg_r h); [exact hpos|]; unfold Rdiv; rewrite Rmult_assoc, Rinv_l; lra. }
+    pose proof (over_bound _ z U (errors 1 p q A r) 1) as B; apply Z.leb_le, IZR_le in tail.
+    pose proof (size_bound (madd E (diagonal n (q * D))) z) as C; pose proof (Rle_abs (qf (madd E (diagonal n (q * D))) z)).
+    rewrite qf_add, qf_diagonal in * by (unfold z, at_once; apply listed_length); rewrite plus_IZR in tail.
+    pose proof (Rmult_le_compat_r _ _ _ (norm2_nonneg z) tail) as K.
+    apply (Rmult_le_reg_r (IZR q * h)); [now apply Rmult_lt_0_compat|].
+    unfold Rdiv; rewrite Rmult_assoc, Rinv_l, Rmult_0_l by (apply Rgt_not_eq, Rmult_lt_0_compat; assumption); lra. }
+  destruct (MVT_cor2 v v' a (a + h)) as [c [F C]]; [lra|intros; apply Dv|].
   pose proof (down c C) as K; assert (fall : v (a + h) <= v a) by nra.
   assert (V0 : v a = qf Q (at_once n f a)).
-  { unfold v, terms; cbn [over]; replace ((a - a) / IZR d) with 0 by (field; exact nz).
-    assert (Z0 : forall Qs k, over Qs (S k) 0 (at_once n f a) = 0).
-    { induction Qs as [|M Qs IH]; intro k; cbn [over]; [reflexivity|]; rewrite IH, pow_i by lia; ring. }
-    rewrite Z0; cbn [fact INR pow]; field. }
-  destruct (ending_sound p q s (at_once n f (a + h)) qpos eq_refl (terms n m d w A Q) 0 ltac:(discriminate)) as [gpos V1].
-  replace s with ((a + h - a) / IZR d) in V1 at 1 by (rewrite <- hs; f_equal; ring).
-  fold (v (a + h)) in V1; destruct (ending (terms n m d w A Q) 0 p q) as [F g]; cbn [fst snd] in *.
-  apply Z.leb_le, IZR_le in jump; apply IZR_lt in gpos; rewrite mult_IZR in jump.
-  set (z := at_once n f (a + h)) in *.
-  pose proof (size_bound (madd F (madd (mscale (- g) after) (diagonal n (- (2 * D * g))))) z) as B.
-  rewrite !qf_add, qf_scale, qf_diagonal in B by (unfold z, at_once; apply listed_length).
-  rewrite !opp_IZR, !mult_IZR in B; pose proof (norm2_nonneg z) as N.
-  set (X := qf F z + _) in B.
-  assert (B2 : - (IZR g * IZR D * norm2 z) <= X).
-  { pose proof (Rle_abs (- X)) as K2; rewrite Rabs_Ropp in K2.
-    pose proof (Rmult_le_compat_r (norm2 z) _ _ N jump); lra. }
-  unfold X in B2; clear X B.
-  assert (V2 : qf F z / IZR g <= qf Q (at_once n f a)).
-  { cbn [fact INR pow] in V1; rewrite <- V0; apply Rle_trans with (2 := fall); rewrite V1; right; field; lra. }
-  apply (Rmult_le_compat_l (IZR g)) in V2; [|lra]; replace (IZR g * (qf F z / IZR g)) with (qf F z) in V2 by (field; lra).
-  apply (Rmult_le_reg_l (IZR g)); [exact gpos|]; lra.
+  { unfold v; cbn [over]; replace ((a - a) / h) with 0 by (field; lra); rewrite over_start; cbn [pow]; ring. }
+  assert (V1 : v (a + h) = qf (fold_right madd [] (Q :: r)) (at_once n f (a + h))).
+  { unfold v; replace ((a + h - a) / h) with 1 by (field; lra); apply over_end. }
+  rewrite V0, V1 in fall; set (z := at_once n f (a + h)) in *; apply Z.leb_le, IZR_le in jump.
+  pose proof (size_bound (madd (fold_right madd [] (Q :: r)) (madd (mscale (-1) after) (diagonal n (- (2 * D))))) z) as B.
+  pose proof (Rle_abs (- qf (madd (fold_right madd [] (Q :: r)) (madd (mscale (-1) after) (diagonal n (- (2 * D))))) z)) as G.
+  rewrite Rabs_Ropp in G; pose proof (Rmult_le_compat_r _ _ _ (norm2_nonneg z) jump) as H.
+  rewrite !qf_add, qf_scale, qf_diagonal in * by (unfold z, at_once; apply listed_length).
+  rewrite opp_IZR, mult_IZR in *; lra.
 Qed.

@@ -99,10 +99,10 @@ def test_forms_with_too_few_terms_or_that_do_not_drop_are_not_taken():
     (stay,), drop = found.stays, found.drop
     (Q,) = stay.Q
     assert Q[0][0] == pytest.approx(-drop * (1 + 2 / (1 - math.exp(-1))), abs=1)
-    assert not jumping._piece_holds(stay, (Q, Q), 1, drop, drop)
-    assert jumping._piece_holds(stay, (Q, Q), 8, drop, drop)
-    assert not jumping._piece_holds(stay, (Q, [[Q[0][0] + 2 * drop]]), 8, drop, drop)
-    assert not jumping._piece_holds(stay, ([[-Q[0][0]]],) * 2, 8, drop, drop)
+    assert not jumping._piece_holds(stay, (Q, Q), 1, drop)
+    assert jumping._piece_holds(stay, (Q, Q), 8, drop)
+    assert not jumping._piece_holds(stay, (Q, [[Q[0][0] + 2 * drop]]), 8, drop)
+    assert not jumping._piece_holds(stay, ([[-Q[0][0]]],) * 2, 8, drop)
 
 
 def test_gains_that_would_take_too_long_are_refused(monkeypatch):
