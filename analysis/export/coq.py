@@ -7,6 +7,7 @@ which are the same for every loop.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from lure.analysis.certificates.arithmetic import number
@@ -16,6 +17,7 @@ from lure.analysis.export.beyond import beyond_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.driven import driven_text
 from lure.analysis.export.falling import falling_text
+from lure.analysis.export.gained import in_states
 from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.jumping import jumping_text
 from lure.analysis.export.members import members_text
@@ -28,6 +30,7 @@ from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.switching import switched_text
 from lure.analysis.export.through import through_text
 from lure.analysis.export.words import refused
+from lure.errors import InputError
 
 
 def coq_text(shown: Checked) -> str:
@@ -57,7 +60,7 @@ def coq_text(shown: Checked) -> str:
             return driven_text(data, shown.claim)
         in_states = data["system"]["kind"] == "state-space"
         written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(
-            METHODS, members_text if in_states else mode_text
+            METHODS, members_text if in_states else _constant
         )
         if method in ("switched-gain", "switched-gains"):
             discrete = data["system"].get("time") == "discrete"
@@ -79,6 +82,16 @@ def coq_text(shown: Checked) -> str:
     if relying:
         return relying_text(data, shown.claim)
     return (through_text if _has_feedthrough(data) else falling_text)(data, shown.claim)
+
+
+def _constant(data: Mapping[str, Any], claim: str) -> str:
+    """A constant gain of two polynomials: by a root whose place can be told, else by a form that grows."""
+    try:
+        return mode_text(data, claim)
+    except InputError as reason:
+        with suppress(InputError):
+            return members_text(in_states(data), claim)
+        raise reason from None
 
 
 def _has_feedthrough(data: Mapping[str, Any]) -> bool:

@@ -160,8 +160,29 @@ def test_a_double_root_of_constants_is_no_equilibrium(loop, limit):
     assert f"  forall c, ~ {limit} c.\nProof." in text
 
 
-# 1 - g for g = 1; (s - 1) (s + 2 + g), whose root 1 no gain moves: constants for g = -2 are equilibria
+# 1 - g for g = 1
 def test_no_other_solution_stands_for_what_was_refuted():
-    for n, d, gain in (("-1 -3", "1 1", "1"), ("-1 1", "1 1 -2", "0")):
-        with pytest.raises(InputError, match=r"not well posed|no root was found"):
-            unstable(n, d, "3", gain)
+    with pytest.raises(InputError, match="not well posed"):
+        unstable("-1 -3", "1 1", "3", "1")
+
+
+END = "1076421883593683/439804651110400"  # d + END n has roots of modulus 1 + 1e-15: too near for their place
+
+
+# (s - 1) (s + 2 + g), whose root 1 no gain moves: constants for g = -2 are equilibria, which do not stand for it
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("loop", "grows"),
+    [
+        (("-1 1", "1 1 -2", "3", "0"), "forall B, exists t, 0 <= t /\\ B < norm2"),
+        (("-1/2 1/10", "1 -9/10 79/100 89/1000", END, END, "discrete"), "forall B, ~ (forall t, norm2"),
+    ],
+)
+def test_a_gain_whose_root_is_not_placed_is_shown_by_a_form(loop, grows, library):
+    text = unstable(*loop)
+    assert grows in text[text.rindex("Theorem moves") :]
+    ok, said = compiled(library, text)
+    assert ok, said
+    end = text.rindex("Theorem moves")
+    assert not compiled(library, text[:end] + changed(text[end:], "1 * x 1%nat t", "(-1) * x 1%nat t"))[0]
