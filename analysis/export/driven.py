@@ -3,7 +3,8 @@
 ``x = adj(s - A) B d xi`` and ``w = d chi xi``, ``chi = det(s - A)``, at ``s = d/dt`` (in discrete time the shift), for
 any ``xi``: one that is 0 at first, and later oscillates with a rational frequency, from which the state and ``w`` have
 rational amplitudes.  ``|z|^2 - gamma^2 |w|^2`` has a positive mean then.  In continuous time a polynomial leads from
-rest to it.  Where ``chi`` is 0 at that frequency, ``w`` is 0 later on, and ``z`` goes on.
+rest to it.  Where ``chi`` is 0 at that frequency, ``w`` is 0 later on, and ``z`` goes on.  With a rational root ``r >
+0`` of ``chi`` all signals are ``e^(rt)`` times those of ``A - r``, which has the root 0.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ def driven_text(data: Mapping[str, Any], claim: str) -> str:
     Raises
     ------
     refused
-        An ``InputError``: it has operators or memory, or the gain is infinite for a pole that is no rational number
-        times ``i``.
+        An ``InputError``: it has operators or memory, or the gain is infinite for another pole than a rational number
+        times ``i``, or a positive one.
     """
     return _Driven(data).text(claim)
 
@@ -132,9 +133,15 @@ class _Driven:
         self.loop = with_inputs(of_states(H.A, H.B, H.C, H.D, discrete=H.discrete), len(self.own))
         ways = [[pair[k] for pair in self.amplitudes()] for k in (0, 1)]
         self.ways = [(way, phase) for way, phase in zip(ways, ((ONE, ZERO), (ZERO, ONE)), strict=True) if any(way)]
-        self.seen = [_transfer(closed, self.own, way) for way, _ in self.ways]
-        self.chi, self.at = self.seen[0][0], ZERO
+        self.closed, self.at = closed, ZERO
+        self.shift(ZERO)
         self.x, self.then, self.w, self.z = self.signals(gains)
+
+    def shift(self, rate: Fraction) -> None:
+        """Take ``e^(rate t)`` out of all signals."""
+        A = [[v - rate * (i == j) for j, v in enumerate(row)] for i, row in enumerate(self.closed.A)]
+        self.seen, self.rate = [_transfer(self.closed._replace(A=A), self.own, way) for way, _ in self.ways], rate
+        self.chi = self.seen[0][0]
 
     def amplitudes(self) -> list[Complex]:
         """Of each input."""
@@ -149,8 +156,10 @@ class _Driven:
 
     def signals(self, gains: Vector) -> tuple[list[_Signal], ...]:
         """At the first frequency of few digits that will do: all signals."""
-        for at in self.frequencies():
+        for rate, at in self.frequencies():
             self.at = at
+            if rate != self.rate:
+                self.shift(rate)
             chi = _at(self.chi, self.point())
             if self.infinite != (chi == (ZERO, ZERO)):
                 continue
@@ -158,7 +167,10 @@ class _Driven:
             xi = [self.started(_times(phase, late)) for _, phase in self.ways]
             rows = [*zip(*(own for _, own in self.seen), strict=True)]
             x, sigma = ([self.mixed(row, xi) for row in part] for part in (rows[: self.n], rows[self.n :]))
-            then = [self.mixed([[ZERO, *p] for p in row], xi) for row in rows[: self.n]]
+            then = [
+                self.mixed([[ZERO, *p] for p in row], xi) + one.times(rate)
+                for row, one in zip(rows[: self.n], x, strict=True)
+            ]
             w = [one.times(g) for one, g in zip(sigma, gains, strict=True)][: len(self.block)]
             w += [
                 self.mixed([[way[k] * c for c in self.chi] for way, _ in self.ways], xi) for k in range(len(self.own))
@@ -170,13 +182,19 @@ class _Driven:
                 return tuple([one.times(unit) for one in part] for part in (x, then, w, z))
         raise refused("no rational frequency was found at which more comes through")
 
-    def frequencies(self) -> Iterator[Fraction]:
-        """Those that are asked."""
-        if self.infinite:
+    def frequencies(self) -> Iterator[tuple[Fraction, Fraction]]:
+        """Those that are asked, with rates of growth."""
+        if not self.infinite:
+            yield from ((ZERO, at) for at in self.finite())
+        elif not self.discrete:
             roots = np.roots([float(c) for c in reversed(self.chi)])
-            near = sorted({round(abs(r.imag), 6) for r in roots if abs(r.real) < SMALL}) if not self.discrete else []
-            yield from (Fraction(v).limit_denominator(1000) for v in near)
-            return
+            near = sorted({round(abs(r.imag), 6) for r in roots if abs(r.real) < SMALL})
+            yield from ((ZERO, Fraction(v).limit_denominator(1000)) for v in near)
+            right = (float(r.real) for r in roots if abs(r.imag) < SMALL < r.real)
+            yield from ((Fraction(v).limit_denominator(1000), ZERO) for v in right)
+
+    def finite(self) -> Iterator[Fraction]:
+        """Frequencies at which more comes through than a gain allows."""
         if self.shown["omega"] is None:
             yield from (Fraction(10) ** k for k in range(1, 7))
             return
@@ -235,6 +253,17 @@ class _Driven:
         return [f"output{k}" for k in range(len(self.own))]
 
     @property
+    def kind(self) -> str:
+        """Of all signals."""
+        return "swing" if self.discrete else "surge" if self.rate else "wave"
+
+    def word(self, one: _Signal) -> str:
+        """A signal, for Coq."""
+        if self.rate:
+            return f"surge {number(self.rate)} [{'; '.join(map(number, one.first))}] {number(one.late[0])}"
+        return f"{self.kind} {one.told()} {self.last}"
+
+    @property
     def last(self) -> str:
         """What signals of one frequency end with."""
         found = (number(v) for v in (self.point() if self.discrete else (self.at,)))
@@ -247,38 +276,44 @@ class _Driven:
 
     def definitions(self) -> list[str]:
         """The outputs of the plant, the signals, and that those of the state follow one another."""
-        moment, kind = ("nat", "swing") if self.discrete else ("R", "wave")
+        moment = "nat" if self.discrete else "R"
         names = [f"x {k}%nat t" for k in range(self.n)] + [f"w {i}%nat t" for i in range(len(self.w))]
         lines = [
             folded(f"Definition {name} (x w : nat -> {moment} -> R) (t : {moment}) : R := {combined(row, names)}.")
             for name, row in zip(self.outputs, self.loop.sigma[len(self.block) :], strict=True)
         ]
-        lines += [
-            folded(f"Definition {name} : {moment} -> R := {kind} {one.told()} {self.last}.")
-            for name, one in self.named()
-        ]
+        lines += [folded(f"Definition {name} : {moment} -> R := {self.word(one)}.") for name, one in self.named()]
         for k, one in enumerate(self.then):
-            after = f"{kind} {one.told()} {self.last}"
+            after = self.word(one)
             if self.discrete:
                 lines.append(folded(f"Lemma next{k} : forall t, x{k} (S t) = {after} t."))
                 lines.append("Proof. apply swing_next; [reflexivity|discriminate|lra|lra]. Qed.")
             else:
                 lines.append(folded(f"Lemma next{k} : forall t, derivable_pt_lim x{k} t ({after} t)."))
-                lines.append("Proof.\n  apply wave_flow; cbn [poly dpoly]; [intro s; ring|lra..].\nQed.")
+                flow = "surge_flow" if self.rate else "wave_flow"
+                lines.append(f"Proof.\n  apply {flow}; cbn [poly dpoly]; [intro s; ring|lra..].\nQed.")
         return lines + ([] if self.discrete else self.energies())
 
     def energies(self) -> list[str]:
         """The integrals of the squares of inputs and outputs."""
         lines = list[str]()
         for name, one in zip([*self.names("w"), *self.names("z")], [*self.w[len(self.block) :], *self.z], strict=True):
-            means = " ".join(map(number, _mean(one, self.at)))
-            power = [ZERO, *(c / k for k, c in enumerate(_product(one.first, one.first), 1))]
+            square = _product(one.first, one.first)
+            power = [ZERO, *(c / k for k, c in enumerate(square, 1))]
+            energy = f"energy P{name} {' '.join(map(number, _mean(one, self.at)))} {self.last}"
+            shown = f"energy_flow; unfold P{name}; cbn [poly dpoly];\n    [intro s; field|lra|lra|lra|"
+            shown += f"{'right' if self.at else 'left'}; lra|lra|lra]"
+            if self.rate:
+                power = [ZERO] * len(square)
+                for k, c in reversed([*enumerate(square)]):  # q' + 2 r q is the square
+                    power[k] = (c - sum(((k + 1) * v for v in power[k + 1 : k + 2]), ZERO)) / (2 * self.rate)
+                energy = f"surge_energy {number(self.rate)} P{name} {number(one.late[0] ** 2 / (2 * self.rate))}"
+                shown = f"surge_energy_flow; unfold P{name}; cbn [poly dpoly]; [intro s; field|lra|lra|lra]"
             lines += [
                 reals(f"P{name}", power),
-                folded(f"Definition E{name} : R -> R := energy P{name} {means} {self.last}."),
+                folded(f"Definition E{name} : R -> R := {energy}."),
                 f"Lemma square_{name} : forall t, derivable_pt_lim E{name} t ({name} t ^ 2).",
-                f"Proof.\n  apply energy_flow; unfold P{name}; cbn [poly dpoly];",
-                f"    [intro s; field|lra|lra|lra|{'right' if self.at else 'left'}; lra|lra|lra].\nQed.",
+                f"Proof.\n  apply {shown}.\nQed.",
             ]
         return lines
 
@@ -331,7 +366,8 @@ class _Driven:
             same = f"{opened}; unfold swing; cbn [length]; destruct (Nat.ltb_spec t {n}) as [L|L]; [{cases}lia|"
             same += f"destruct (turned {self.last} (t - {n})) as [c s]; field]"
         else:
-            same = f"{opened}; unfold wave, glued; destruct (Rle_dec t 0); [|destruct (Rle_dec t 1)]; cbn [poly]; field"
+            same = f"{opened}; unfold {self.kind}, glued; destruct (Rle_dec t 0); [|destruct (Rle_dec t 1)]"
+            same += "; cbn [poly]; field"
         lines = [
             "Proof.",
             f"  exists {', '.join(given)}; cbn [nth].",
@@ -343,7 +379,9 @@ class _Driven:
                 lines.append(f"  split; [intro t; rewrite next{k}; {same}|].")
             else:
                 lines.append(f"  split; [intro t; eapply derivable_same; [reflexivity| |apply next{k}]; {same}|].")
-        start = f"unfold {{}}, {'swing; reflexivity' if self.discrete else 'wave, glued; destruct (Rle_dec 0 0); lra'}"
+        start = (
+            f"unfold {{}}, {self.kind}{'; reflexivity' if self.discrete else ', glued; destruct (Rle_dec 0 0); lra'}"
+        )
         lines += [f"  split; [{start.format(f'x{k}')}|]." for k in range(n)]
         return [*lines, *(self.summed(same) if self.discrete else self.integrated(same)), "Qed."]
 
@@ -361,6 +399,20 @@ class _Driven:
         outer, inner = (sum((_mean(v, self.at)[0] for v in part), ZERO) for part in (self.z, self.w[len(self.block) :]))
         every, mean = ", ".join(f"E{name}" for part in parts for name in part), outer - self.gamma2 * inner
         late = f"late {number(self.at)} ({out} - {gamma2} * ({into})) {number(mean)} ltac:(lra) ltac:(lra)"
+        if self.rate:
+            rate = number(self.rate)
+            out, into = (
+                " + ".join(f"(exp (2 * {rate} * 1) * poly P{name} 1 - poly P{name} 0)" for name in own) for own in parts
+            )
+            outer = sum((one.late[0] ** 2 for one in self.z), ZERO) / (2 * self.rate)
+            return [
+                *lines,
+                "  intro c.",
+                f"  destruct (surge_late {rate} ({out} - c * ({into}))",
+                f"    {number(outer)} ltac:(lra) ltac:(lra)) as [t [T P]].",
+                "  exists t; split; [lra|].",
+                f"  unfold {every}; rewrite !surge_energy_start, !(surge_energy_end _ _ _ t T); lra.",
+            ]
         return [
             *lines,
             *["  intro c."] * self.infinite,

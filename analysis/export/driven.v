@@ -161,6 +161,83 @@ Proof.
     pose proof (Rle_abs (- K)); rewrite Rabs_Ropp in *; lra.
 Qed.
 
+(* ---- The same with e^(r t) beside a number later on, r > 0 ---- *)
+
+Definition surge (r : R) (p : list R) (a : R) : R -> R :=
+  glued (fun _ => 0) (glued (fun t => exp (r * t) * poly p t) (fun t => exp (r * t) * a) 1) 0.
+Lemma exp_flow : forall r t, derivable_pt_lim (fun s => exp (r * s)) t (r * exp (r * t)).
+Proof.
+  intros r t; apply (derivable_same (fun s => exp (r * s)) _ t (exp (r * t) * (r * 1))); [reflexivity|ring|].
+  apply (derivable_pt_lim_comp (fun s => r * s) exp); [|apply derivable_pt_lim_exp].
+  apply (derivable_pt_lim_scal id), derivable_pt_lim_id.
+Qed.
+Lemma exp_poly_flow : forall r q t,
+  derivable_pt_lim (fun s => exp (r * s) * poly q s) t (exp (r * t) * (dpoly q t + r * poly q t)).
+Proof.
+  intros r q t; apply (derivable_same (fun s => exp (r * s) * poly q s) _ t
+    (r * exp (r * t) * poly q t + exp (r * t) * dpoly q t)); [reflexivity|ring|].
+  apply (derivable_pt_lim_mult (fun s => exp (r * s)) (poly q)); [apply exp_flow|apply poly_flow].
+Qed.
+Lemma surge_flow : forall r p p' a a', (forall s, dpoly p s + r * poly p s = poly p' s) -> a' = r * a ->
+  poly p 0 = 0 -> poly p' 0 = 0 -> poly p 1 = a -> poly p' 1 = a' ->
+  forall t, derivable_pt_lim (surge r p a) t (surge r p' a' t).
+Proof.
+  intros r p p' a a' D A p0 p0' p1 p1' t; unfold surge; apply glued_flow.
+  - unfold glued; destruct (Rle_dec 0 1); [rewrite p0; ring|lra].
+  - intro L; unfold glued; destruct (Rle_dec t 0); [apply derivable_pt_lim_const|lra].
+  - intro L; apply glued_flow; [now rewrite p1| |]; intro M; unfold glued.
+    + eapply derivable_same; [reflexivity| |apply exp_poly_flow]; rewrite D.
+      destruct (Rle_dec t 0); [replace t with 0 by lra; rewrite p0'; ring|]; destruct (Rle_dec t 1); [reflexivity|lra].
+    + apply (derivable_same (fun s => a * exp (r * s)) _ t (a * (r * exp (r * t)))); [intro; ring| |].
+      * destruct (Rle_dec t 0); [lra|]; destruct (Rle_dec t 1); [replace t with 1 by lra; rewrite p1'|]; rewrite A; ring.
+      * apply (derivable_pt_lim_scal (fun s => exp (r * s))), exp_flow.
+Qed.
+Definition surge_energy (r : R) (P : list R) (A : R) : R -> R :=
+  glued (fun _ => 0) (glued (fun t => exp (2 * r * t) * poly P t - poly P 0)
+    (fun t => exp (2 * r * 1) * poly P 1 - poly P 0 + A * (exp (2 * r * t) - exp (2 * r * 1))) 1) 0.
+Lemma surge_energy_flow : forall r P p a A, (forall s, dpoly P s + 2 * r * poly P s = poly p s ^ 2) -> poly p 0 = 0 ->
+  poly p 1 = a -> 2 * r * A = a ^ 2 -> forall t, derivable_pt_lim (surge_energy r P A) t (surge r p a t ^ 2).
+Proof.
+  intros r P p a A D p0 p1 H t; unfold surge_energy, surge.
+  assert (E : exp (2 * r * t) = exp (r * t) ^ 2) by (rewrite <- (Rmult_1_r (exp (r * t) ^ 2)); cbn [pow];
+    rewrite !Rmult_1_r, <- exp_plus; f_equal; ring).
+  apply glued_flow.
+  - unfold glued; destruct (Rle_dec 0 1); [rewrite Rmult_0_r, exp_0; ring|lra].
+  - intro L; unfold glued; destruct (Rle_dec t 0); [|lra].
+    eapply derivable_same; [reflexivity| |apply derivable_pt_lim_const]; ring.
+  - intro L; apply glued_flow; [ring| |]; intro M; unfold glued.
+    + apply (derivable_same (fun s => exp (2 * r * s) * poly P s - poly P 0) _ t
+        (exp (2 * r * t) * (dpoly P t + 2 * r * poly P t) - 0)); [reflexivity| |].
+      * rewrite D, E; destruct (Rle_dec t 0); [replace t with 0 by lra; rewrite p0; ring|].
+        destruct (Rle_dec t 1); [ring|lra].
+      * apply (derivable_pt_lim_minus (fun s => exp (2 * r * s) * poly P s) (fun _ => poly P 0));
+          [apply exp_poly_flow|apply derivable_pt_lim_const].
+    + apply (derivable_same (fun s => A * exp (2 * r * s)
+        + (exp (2 * r * 1) * poly P 1 - poly P 0 - A * exp (2 * r * 1))) _ t (A * (2 * r * exp (2 * r * t)) + 0)); [intro; ring| |].
+      * destruct (Rle_dec t 0); [lra|]; transitivity (2 * r * A * exp (r * t) ^ 2); [rewrite E; ring|rewrite H].
+        destruct (Rle_dec t 1); [replace t with 1 by lra; rewrite p1|]; ring.
+      * apply (derivable_pt_lim_plus (fun s => A * exp (2 * r * s))); [|apply derivable_pt_lim_const].
+        apply (derivable_pt_lim_scal (fun s => exp (2 * r * s))), exp_flow.
+Qed.
+Lemma surge_energy_start : forall r P A, surge_energy r P A 0 = 0.
+Proof. intros; unfold surge_energy, glued; destruct (Rle_dec 0 0); [reflexivity|lra]. Qed.
+Lemma surge_energy_end : forall r P A t, 1 < t -> surge_energy r P A t
+  = exp (2 * r * 1) * poly P 1 - poly P 0 + A * (exp (2 * r * t) - exp (2 * r * 1)).
+Proof. intros r P A t T; unfold surge_energy, glued; destruct (Rle_dec t 0); [lra|]; destruct (Rle_dec t 1); [lra|reflexivity]. Qed.
+Lemma surge_late : forall r K M, 0 < r -> 0 < M -> exists t, 1 < t /\ 0 < K + M * (exp (2 * r * t) - exp (2 * r * 1)).
+Proof.
+  intros r K M rp Mp; set (u := (Rabs K + 1) / (M * r)).
+  assert (U : 0 < u) by (apply Rdiv_lt_0_compat; [pose proof (Rabs_pos K); lra|now apply Rmult_lt_0_compat]).
+  exists (1 + u); split; [lra|].
+  replace (exp (2 * r * (1 + u))) with (exp (2 * r * 1) * exp (2 * r * u)) by (rewrite <- exp_plus; f_equal; ring).
+  assert (R0 : 0 < r * u) by now apply Rmult_lt_0_compat.
+  pose proof (exp_ineq1 (2 * r * u) ltac:(lra)) as A; pose proof (exp_ineq1 (2 * r * 1) ltac:(lra)) as B.
+  assert (C : r * u <= exp (2 * r * 1) * exp (2 * r * u) - exp (2 * r * 1)).
+  { pose proof (Rmult_le_pos (exp (2 * r * 1) - 1) (exp (2 * r * u) - 1) ltac:(lra) ltac:(lra)); lra. }
+  apply (Rmult_le_compat_l M) in C; [|lra]; replace (M * (r * u)) with (Rabs K + 1) in C by (unfold u; field; lra).
+  pose proof (Rle_abs (- K)); rewrite Rabs_Ropp in *; lra.
+Qed.
+
 (* ---- The same in samples: given ones, then a rotation by the angle of C + i S ---- *)
 
 Fixpoint turned (C T : R) (k : nat) : R * R :=
