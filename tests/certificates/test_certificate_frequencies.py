@@ -548,6 +548,12 @@ def test_where_a_multiplier_is_positive(gamma, kernels, channels, holds):
     assert second._is_positive(given, channels) is holds
 
 
+def test_a_residue_of_ones_is_integrated_too():
+    given = second.Multiplier([[F(1)]], [F(0)], [second.Chain(0, F(2), True, {1: [(0, F(1))]})], frozenset())
+    assert second._integrated(given, [[fmpq(1)]]) == (fmpq_mat([[-2]]), fmpq_mat([[2]]), fmpq_mat([[fmpq(1, 2)]]))
+    assert second._integrated(given, [[fmpq(0)]]) is None
+
+
 @pytest.mark.parametrize(("c", "holds"), [(F(21, 100), True), (F(22, 100), False)])
 def test_real_parts_of_lags_of_several_rates_add_up(c, holds):
     # 1 + 7 (1 - x/9)/(1 + x/9)^2 is at least .21634 36/(36 + x)

@@ -295,6 +295,16 @@ def test_which_functions_are_taken_by_their_increments():
     assert second._by_increments(as_asked([[-1]], [[1] * m], [[1]] * m, [[0] * m] * m, *given)) == [0, 1]
 
 
+def test_only_inputs_and_outputs_of_a_gain_stay_one_operator():
+    gain, stop = {"slope": None, "operator": "performance"}, {"memory": ("stop", Fraction(2))}
+    given = [replace(PLAIN, **kind) for kind in (stop, stop, gain, gain)]
+    none = [[0] * 4] * 4
+    found = second.increments(as_asked([[-1]], [[1] * 4], [[1], [1], [0], [0]], none, *given, repeated=(0, 0, 2, 2)))
+    assert found.repeated == (0, 1, 2, 2)
+    assert [one.ends for one in found.nonlinearities[:2]] == [(0, 2)] * 2
+    assert all(one.time_varying for one in found.nonlinearities[:2])
+
+
 # v = x - T^-1 b phi, T = A or, in samples, A - 1: v' = T v - e f + g w - T^-1 b u, u = phi', of play or stop phi with
 # sigma = c v + .., a function f of c_1 v and, in continuous time, z = c_2 v
 @pytest.mark.parametrize("discrete", [False, True])

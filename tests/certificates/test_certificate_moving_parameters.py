@@ -84,8 +84,8 @@ def test_a_parameter_that_goes_at_its_rate_refutes_and_no_faster():
 
 
 # x' = a x, from a = -2 to 1 in the time t and back in 1: at its own rate a has the mean -1/2, and nothing grows; if it
-# jumped at once, 1 would be held for t
-def test_a_parameter_on_its_way_is_followed_and_not_where_it_ends():
+# jumped at once, 1 would be held for t; likewise from 1 to -2 if it stayed where it is
+def test_a_parameter_on_its_way_is_followed_and_not_where_it_begins_or_ends():
     def term(power, common, a, b):
         return {"powers": [power], "common": common, "A": [[a]], "B": [[b]], "C": [[b]], "D": [["0"]]}
 
@@ -100,8 +100,9 @@ def test_a_parameter_on_its_way_is_followed_and_not_where_it_ends():
     }
     shown = complete_and_check(jumps).certificate
     assert recheck(shown).accepted
-    goes = edited(edited(shown, "system", "rates", value=["3"]), "proof", "at", value=[["-2"], ["1"]])
-    assert_both_reject(goes)
+    goes = edited(shown, "system", "rates", value=["3"])
+    for at in ([["-2"], ["1"]], [["1"], ["-2"]]):
+        assert_both_reject(edited(goes, "proof", "at", value=at))
 
 
 def family(rate, terms, low="0", high="4"):

@@ -327,6 +327,9 @@ LATE_PAIR = changed(LATE, *PARTS, 0, "kind", "multivariable delay")
         (PROOF, 1, {"numerator": ["1"], "denominator": ["1", "1", "0"]}),
         (PROOF, 2, {"numerator": ["1", "3"], "denominator": ["1", "1"]}),
         (STABLE, 1, {"numerator": ["0"], "denominator": ["1", "2", "1"]}),
+        (CASCADE, 1, {"A": [["-1"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}),
+        (CASCADE, 3, {"numerator": ["1", "3"], "denominator": ["1", "1"]}),
+        (TURNED, 0, {"A": [["-1", "0"], ["0", "-2"]], "B": UNIT, "C": UNIT, "D": [["0", "0"]] * 2}),
         (STATE, 2, {"A": [["-1"]], "b": ["1"], "c": ["2"], "d": "1"}),
         (LATE, 0, {"terms": [["1", ["1"]]], "denominator": ["1", "1"]}),
         (LATE_PAIR, 0, {"A": [["-1"]], "B": [["1"]], "C": [["0"]], "D": [["0"]], "late": [["1", [["1"]]]]}),
@@ -364,6 +367,12 @@ def test_the_second_checker_takes_the_same_parts(draft, place, system):
         (changed(LATE, *PARTS, 1, "kind", "multivariable delay"), {}),
         (changed(LATE, *PARTS, 1, "kind", "delay"), {}),
         (changed(LATE, "system", "late", [["1", UNIT, [["0", "1"], ["0", "0"]]]]), {}),  # what comes back joins
+        (changed(CASCADE, "laws", "channels", 2, nonlinearities(0, "inf")), {}),
+        (changed(CASCADE, "laws", "channels", 2, nonlinearities(0, "finite")), {}),
+        (changed(CASCADE, "laws", "channels", 2, nonlinearities("-inf", 1)), {}),
+        (changed(CASCADE, "laws", "channels", 2, nonlinearities(0, 5) | {"regularity": "any"}), {}),
+        (changed(CASCADE, *PARTS, CASCADE["proof"]["parts"][::-1]), {}),
+        (changed(CASCADE, "system", "D", 3, 0, "1/1000"), {}),
     ],
 )
 def test_the_second_checker_takes_no_others(draft, more):
@@ -372,12 +381,13 @@ def test_the_second_checker_takes_no_others(draft, more):
 
 
 def test_a_part_keeps_its_dead_times():
-    for own in ([["1", "0"], ["0", "0"]], [["0", "0"], ["0", "1/2"]]):
-        whole = changed(LATE, "system", "late", [["1", own], ["2", [["0", "0"], ["0", "0"]]]])
+    one, other, none = [["1", "0"], ["0", "0"]], [["0", "0"], ["0", "1/2"]], [["0", "0"]] * 2
+    for own in ([one], [other], [one, none], [none, other]):  # for the outputs, and for what comes back
+        whole = changed(LATE, "system", "late", [["1", *own], ["2", *[none] * len(own)]])
         proof = {"method": "part", "channels": [1, 2], "states": [1, 2], "kind": "multivariable delay", "proof": {}}
         given = {"verdict": "REFUTED", "theorem": "counterexample", "proof": proof}
         (found,) = second.documents(document(whole, **given))
-        assert found.system["late"] == [["1", own]]
+        assert found.system["late"] == [["1", *own]]
 
 
 @pytest.mark.parametrize(

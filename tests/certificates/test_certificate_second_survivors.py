@@ -2,6 +2,7 @@
 
 import copy
 import json
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -9,12 +10,14 @@ from pathlib import Path
 import pytest
 from certificate_family import draft, nonlinearities, refutation, transfer
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from second_plants import PLAIN, assert_accepted_if
 from tampering import assert_both_reject, edited, refused_again
 
 from lure.analysis.certificates.drafts import complete_and_check
-from lure.analysis.certificates.second import recheck
+from lure.analysis.certificates.second import counterexamples, recheck
 from lure.analysis.certificates.second.axis import require_same
 from lure.analysis.certificates.second.channel_gains import _ramp
+from lure.analysis.certificates.second.classes import NO_REST
 from lure.analysis.certificates.second.frequencies import require_vertices
 from lure.analysis.certificates.second.gains import positive_root, require_crossing, unstable_kind
 from lure.analysis.certificates.second.numerics import ball, to_fmpq, working_precision
@@ -65,6 +68,43 @@ def test_what_is_no_object_of_json_is_refused(value):
 def test_what_is_no_number_of_a_file_is_refused(read, value):
     with pytest.raises(NotShown):
         read(value)
+
+
+# sigma+ + sigma = -3 u, u = -phi = -1 for sigma = 1 and 2
+def test_an_orbit_with_a_constant_input_does_not_rest():
+    flat = {"points": [["0", "0"], ["1", "1"], ["2", "1"]], "left": "1", "right": "1/2", "u": ["-1", "-1"]}
+    given = transfer("-3", "1 1", "discrete"), nonlinearities("1/2", "1")
+    found = dict(complete_and_check(refutation(*given, {"method": "orbit", **flat, "sigma": ["1", "2"]})).certificate)
+    assert found["conclusion"] == NO_REST
+    assert recheck(found).accepted
+
+
+@pytest.mark.parametrize(
+    ("change", "fits"),
+    [
+        ({}, True),
+        ({"gains": ["0", "1"]}, False),
+        ({"times": ["1", "2"]}, False),
+        ({"times": ["1", "2", "0"]}, False),
+        ({"times": ["1", "2", "-1/2"]}, False),
+        ({"gains": ["0", "1", "3"]}, False),
+        ({"gains": ["0", "1", "-1"]}, False),
+        ({"gains": [], "times": []}, False),
+    ],
+)
+@pytest.mark.parametrize("free", [{"time_varying": True}, {}, {"time_varying": True, "linear": True}])
+def test_gains_that_jump_beside_a_dead_time_are_of_the_class(monkeypatch, change, fits, free):
+    monkeypatch.setattr(counterexamples, "require_returning", lambda *_: None)
+    loop = Delayed(terms=((Fraction(1), fmpq_poly([1])),), d=fmpq_poly([1, 1]))
+    proof = {
+        "method": "switched-gain",
+        "gains": ["0", "1", "2"],
+        "times": ["1", "2", "3"],
+        "multiplier": ["1"],
+        "bits": 64,
+    }
+    with assert_accepted_if(fits and free == {"time_varying": True}):
+        counterexamples._require_jumps(proof | change, loop, replace(PLAIN, upper=Fraction(2), slope=None, **free))
 
 
 def test_an_orbit_has_as_many_durations_as_pieces():

@@ -168,6 +168,8 @@ def test_balls_and_series_of_a_term_agree(divided):
         wide, middle = cover._bound([term], F(0) if divided else F(1, 4), F(1), divided=divided)
         assert middle.contains(middle.mid())
         assert wide.overlaps(exact)
+        beside, _ = cover._bound([term], F(0), F(1, 100), divided=divided)
+        assert abs(beside - (1 + (3 * ball(tau) - level * ball(tau) ** 2 / 2 if divided else 0))) < arb(0.01)
 
 
 # cos(8 w) on [0, pi/4] has every value; odd powers of the distance from the middle have both signs

@@ -143,6 +143,7 @@ def test_both_checkers_accept(name):
         ("function", ("laws", "channels", 1, "regularity"), "any"),
         ("stop", ("system", "D"), [["1/1000"]]),
         ("function", ("multiplier", "theta"), ["1/8", "0"]),  # solutions are not shown to be bounded
+        ("function", ("multiplier", "theta"), ["0", "-1/8"]),
         ("gain", ("laws", "channels", 1), performance("501/1000")),
         ("gain", ("laws", "channels", 1), performance("1")),
         ("gain", ("laws", "channels", 0, "memory"), "play"),

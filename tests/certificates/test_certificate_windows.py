@@ -138,6 +138,10 @@ def numbers(rows):
         # at a rate
         ([["2", "-1"], ["0", "0"]], 1, {"summed": True, "rate": F(1, 2)}, True),
         ([["19/10", "-1"], ["0", "0"]], 1, {"summed": True, "rate": F(1, 2)}, False),
+        ([["0", "-1"], ["0", "2"]], 1, {"summed": True, "rate": F(1, 2)}, True),
+        ([["0", "-1"], ["0", "19/10"]], 1, {"summed": True, "rate": F(1, 2)}, False),
+        ([["0", "0"], ["-1", "2"]], 1, {"summed": True, "rate": F(1, 2)}, True),
+        ([["0", "0"], ["-1", "19/10"]], 1, {"summed": True, "rate": F(1, 2)}, False),
         ([["2", "0"], ["-1", "0"]], 1, {"summed": True, "rate": F(1, 2)}, True),
         ([["19/10", "0"], ["-1", "0"]], 1, {"summed": True, "rate": F(1, 2)}, False),
         ([["2", "-1"], ["0", "1/2"]], 1, {"rate": F(1, 2)}, True),

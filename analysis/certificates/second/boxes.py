@@ -324,7 +324,7 @@ def _on_late_line(
     """
     cross, square = _products(sides, degrees[0], critical=critical)
     theta, ease = theorems.multiplier_of(asked).theta, to_fmpq(asked.claim.inverse_gain)
-    require(theta >= 0 and ease > 0, "with dead time theta >= 0 and an upper bound are needed")
+    require(theta >= 0, "with dead time theta >= 0 is needed")
     turned = {p: Axis(own.e - to_fmpq(theta) * X * own.o, own.o + to_fmpq(theta) * own.e) for p, own in cross.items()}
     parts = [{p: own.e for p, own in turned.items()}, {p: own.o for p, own in turned.items()}]
     plain = {p: ease * own.e for p, own in square.items()}

@@ -31,7 +31,7 @@ class Graph:
             return None
         left, middle, right = self.pieces
         least, most = sorted((to_fraction(left[0]), to_fraction(right[0])))
-        if left[1] != right[1] or not least < 0 < most or not self.cuts[0] < 0 < self.cuts[1]:
+        if left[1] != right[1] or not least < 0 < most:  # at cuts on both sides of 0
             return None
         return to_fraction(left[1]), to_fraction(middle[1]), least, most
 
