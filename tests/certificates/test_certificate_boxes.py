@@ -156,6 +156,9 @@ def test_a_pole_at_zero_of_all_plants_is_the_critical_case_and_one_that_moves_is
         ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "-1/100"), (SECTOR, "1/100")]),
         ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "0"), (SECTOR, "1/100")]),
         ((["b"], [1, 1, "a"], {"a": (1, 1.1), "b": (0.9, 1)}), "off-axis-circle", {"alpha": "1"}, "5", [(ALPHA, "-1")]),
+        # b/(a s + 1), whose pole goes to infinity
+        ((["b"], ["a", 1], {"a": (1, 2), "b": (0.5, 1)}), "circle", {}, "1/10", [(A_LOW, "0")]),
+        ((["b"], ["a", 1], {"a": (1, 2), "b": (0.5, 1)}), "circle", {}, "1/10", [(SECTOR, "inf")]),
         ((["b"], [1, 1, "a"], {"a": (1, 1.1), "b": (0.9, 1)}), "off-axis-circle", {"alpha": "1"}, "5", [(ALPHA, "0")]),
     ],
 )

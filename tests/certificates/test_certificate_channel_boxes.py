@@ -110,6 +110,47 @@ def test_the_circle_criterion_is_sharp_for_all_plants():
     assert_both_reject(edited(shown("999/1000").certificate, "laws", "channels", 0, "sector", 1, value="1"))
 
 
+# x' = -a x - phi, V = x^2 + 10 int phi, lambda = 1, [0, 10]: 2 a x^2 + 2 (1 + 5 a - 10) x phi + 12 phi^2, of which the
+# determinant is positive for (5 a - 9)^2 < 24 a; with theta = 0 for 81 < 4 a
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("laws", {"time_varying": True}),
+        ("laws", {"sector": ["0", "11"]}),
+        ("leaf", {"theta": ["0"]}),
+        ("leaf", {"theta": ["-5"]}),
+        ("leaf", {"theta": ["5", "0"]}),
+        ("leaf", {"theta": []}),
+        ("theorem", "diagonal-circle"),
+        ("time", "discrete"),
+        ("D", "1/1000"),
+        ("moving C", "1/1000"),
+    ],
+)
+def test_popovs_terms_in_a_box_are_of_functions_of_the_state(path, value):
+    plant = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2)})
+    given = leaf([[["1"]], [["0"]]], "1", theta=["5"])
+    own = (NonlinearityClass(sector=Sector(0, 10)),)
+    found = complete_and_check(draft(plant, given, "diagonal-popov", classes=own)).certificate
+    assert recheck(found).accepted
+    if path == "laws":
+        changed = edited(found, "laws", "channels", 0, value=lambda one: one | value)
+    elif path == "leaf":
+        changed = edited(found, "proof", "boxes", "multiplier", value=lambda one: one | value)
+    elif path == "time":
+        changed = edited(found, "system", "time", value=value)
+    elif path == "moving C":
+        changed = edited(edited(found, "system", "kind", value="varying-family"), "system", "rates", value=["1/100"])
+        changed["system"]["terms"][-1]["C"] = [[value]]
+    else:
+        changed = (
+            edited(found, "theorem", value=value)
+            if path == "theorem"
+            else edited(found, "system", "terms", 0, path, value=[[value]])
+        )
+    assert_both_reject(changed)
+
+
 def test_a_plant_between_the_corners_is_not_overlooked():
     # x' = (64 (p - 1/8)^2 - 1/2) x: -1/2 at p = 1/8, 1/2 at 0 and 1/4; and the other way round
     for sign, box in (("", (0, 1)), ("-", (0, Fraction(1, 4)))):

@@ -548,10 +548,17 @@ def test_where_a_multiplier_is_positive(gamma, kernels, channels, holds):
     assert second._is_positive(given, channels) is holds
 
 
-def test_a_residue_of_ones_is_integrated_too():
-    given = second.Multiplier([[F(1)]], [F(0)], [second.Chain(0, F(2), True, {1: [(0, F(1))]})], frozenset())
-    assert second._integrated(given, [[fmpq(1)]]) == (fmpq_mat([[-2]]), fmpq_mat([[2]]), fmpq_mat([[fmpq(1, 2)]]))
-    assert second._integrated(given, [[fmpq(0)]]) is None
+@pytest.mark.parametrize(
+    "change",
+    [*({"side": v} for v in ("both", None)), *({"rate": v} for v in ("0", "-1")), {"order": 21}, {"order": 0}]
+    + [{"channels": v} for v in ([1], [1, 1, 1], [1, 2], [0, 1])],
+)
+def test_a_kernel_is_one_of_those_known(change):
+    one = {"channels": [1, 1], "coefficient": "0", "rate": "1", "order": 20, "side": "causal"}
+    value, given = {"gamma": [["1"]], "theta": ["0"], "kernels": [one]}, ([True], [0], [False])
+    second.read_multiplier("matrix-zames-falb", value, *given)
+    with pytest.raises(NotShown):
+        second.read_multiplier("matrix-zames-falb", value | {"kernels": [one | change]}, *given)
 
 
 @pytest.mark.parametrize(("c", "holds"), [(F(21, 100), True), (F(22, 100), False)])

@@ -355,3 +355,21 @@ def test_the_second_checker_stores_what_its_formulas_say(monkeypatch, kind, turn
         rise += 2 * theta * u * eta + 2 * t * f * (rows[1] * rate)[0, 0] + 2 * fmpq(1, 9) * (49 * z**2 - w**2)
     both = fmpq_mat([*v.tolist(), [u], [f], [w]][: 2 + m])
     assert form(falls, both, both) == -rise
+
+
+# y = A x - b phi, x' = y + b_w w, phi = -(y_1 + y_2) of a stop with sigma = c x, and z = x_2 = y_1
+def test_what_moves_an_eigenvalue_0_is_stored_as_its_formula_says(monkeypatch):
+    found = list[fmpq_mat]()
+    monkeypatch.setattr(second, "_require_definite", lambda *matrices: found.extend(matrices))
+    kinds = {"memory": ("stop", Fraction(4, 3))}, {"slope": None, "operator": "performance", "lower": Fraction(-7)}
+    given = [replace(PLAIN, upper=Fraction(7), **more) for more in kinds]
+    plant = as_asked([[0, 1], [0, -1]], [[0, 3], [1, 4]], [[1, 5], [0, 1]], [[0, 0]] * 2, *given)
+    document = {"multiplier": {"lambda": ["2", "1/9"], "theta": ["-1/3", "0"]}}
+    proof = {"method": "matrix", "P": [["3"], ["1", "2"]], "exponent": 0}
+    second.require_storage(SimpleNamespace(**document, proof=proof), plant)
+    y, P, psi, w, phi, k = fmpq_mat([[2], [-5]]), fmpq_mat([[3, 1], [1, 2]]), 3, 7, -(2 - 5), fmpq(4, 3)
+    assert (y.transpose() * found[0] * y)[0, 0] == (y.transpose() * P * y)[0, 0] + phi**2 / (3 * k)
+    rate, slope, z = fmpq_mat([[-5 + 4 * w], [5 - 4 * w - psi]]), 2 + 3 * w + 5 * (-5 + 4 * w), 2
+    rise = 2 * (y.transpose() * P * rate)[0, 0] + 2 * 2 * psi * (k * slope - psi) + fmpq(2, 3) * phi * slope
+    both = fmpq_mat([[2], [-5], [psi], [-w]])
+    assert (both.transpose() * found[1] * both)[0, 0] == -rise - fmpq(2, 9) * (49 * z**2 - w**2)

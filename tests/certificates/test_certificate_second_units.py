@@ -239,6 +239,8 @@ def test_kernels_beside_integrators_are_integrated():
     second = [-(lead**2 - 1) / 3 * 7 * v for v in residue[1]]
     assert [found[0, k] for k in range(2)] == [a + b for a, b in zip(first, second, strict=True)]
     assert [found[1, k] for k in range(2)] == [-(lag**2 - 1) / 3 * 5 * v for v in residue[0]]
+    alone = frequencies.Multiplier([[F(1)]], [F(0)], [frequencies.Chain(0, F(2), True, {1: [(0, F(1))]})], frozenset())
+    assert frequencies._integrated(alone, [[fmpq(1)]]) == tuple(fmpq_mat([[v]]) for v in (-2, 2, fmpq(1, 2)))
 
 
 def test_an_operator_has_one_multiplier_for_all_of_its_channels():
