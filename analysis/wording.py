@@ -306,12 +306,10 @@ def _destabilising(shown: _Shown) -> str:
         rows = [f"{_about(*one)}[{'; '.join(map(_row, one))}]" for one in proof["matrices"]]
         matrices = " and ".join(f"the matrix of gains {text}" for text in rows)
         return f"{_linear(shown, own)} and {matrices}" if own else matrices
-    if method == "linear-gains":
-        kinds = shown.certificate["laws"]["channels"]
-        own = [gain for gain, one in zip(proof["gains"], kinds, strict=True) if one.get("operator") != "performance"]
-        return _linear(shown, own)
-    if method in _LATE:
-        return _linear(shown, proof["gains"][0] if method == "late-crossing" else proof["gains"])
+    if method in ("linear-gains", *_LATE):
+        kinds, gains = shown.certificate["laws"]["channels"], proof["gains"]
+        each = zip(gains[0] if method == "late-crossing" else gains, kinds, strict=True)
+        return _linear(shown, [gain for gain, one in each if one.get("operator") != "performance"])
     if method == "members":
         return _moving(shown.certificate["system"], proof)
     if method in _MOVING:

@@ -11,7 +11,16 @@ import pytest
 
 from lure import InputError, NonlinearityClass, Sector, SlopeBounds, as_plant
 from lure.analysis import certify, wording
-from lure.analysis.certificates.checker import ATTRACTS, BOUNDED, CONVERGES, FINITE_ENERGY, MOVES, OTHERS, UNSOLVABLE
+from lure.analysis.certificates.checker import (
+    ATTRACTS,
+    BOUNDED,
+    CONVERGES,
+    FINITE_ENERGY,
+    MOVES,
+    OTHERS,
+    UNLIMITED,
+    UNSOLVABLE,
+)
 from lure.analysis.certificates.drafts import contains
 from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.cli.loops import lines
@@ -190,6 +199,17 @@ def test_a_counterexample_is_named(conclusion, proof, does, nonlinearity):
 def test_equal_gains_of_many_channels_are_counted(gains, said):
     laws = {"channels": [{"kind": "sector"}] * len(gains)}
     assert counterexample(shown(MOVES, laws=laws, proof={"method": "linear-gains", "gains": gains})) == said
+
+
+@pytest.mark.parametrize("method", ["linear-gains", "late-gains", "late-turns", "late-crossing"])
+def test_the_channel_from_z_to_w_has_no_gain_in_words(method):
+    laws = {"channels": [PLAIN, {**PLAIN, "operator": "performance"}], "repeated": False}
+    gains = ["1/3", "0"]
+    found = shown(
+        UNLIMITED, laws=laws, proof={"method": method, "gains": [gains] if method == "late-crossing" else gains}
+    )
+    assert counterexample(found) == "phi = 1/3 sigma"
+    assert destroys(found).startswith("gives the loop a transfer function")
 
 
 @pytest.mark.parametrize(("more", "said"), [(0, ""), (1, " and 1 more")])
