@@ -16,7 +16,7 @@ from markupsafe import Markup
 from sketches import sketches
 
 from lure import DelayPlant, InputError, RationalPlant
-from lure.analysis import nyquist_response, popov_response
+from lure.analysis import analyse, nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, figures, write_loop_report
@@ -303,6 +303,17 @@ def test_headline_and_explanation_are_the_statement(documents, name):
     assert first == conclusion["headline"] or (own(data) and conclusion["headline"].startswith(first))
     assert own(data) is (conclusion["verdict"] == "PROVED" and conclusion["membership"] == "checked")
     assert letters(conclusion["statement"]) == letters(conclusion["headline"]) + letters(rest)
+
+
+# H(inf) = 1: that sigma + phi(sigma) = y has one solution is assumed, as the slopes of sigma^3 have no bound
+def test_what_is_assumed_of_a_given_nonlinearity_is_part_of_the_headline():
+    text = '[plant]\ntransfer = "(s+2)/(s+1)"\n[nonlinearity]\nkind = "expression"\nexpression = "sigma^3"\n'
+    system = parse_system(text, name="x", source="")
+    data = LoopReport(analysis=analyse(system), observed=(), hints=(), command="", versions={}).to_dict()
+    assert (data["conclusion"]["verdict"], data["conclusion"]["membership"]) == ("PROVED", "checked")
+    assert not own(data)
+    end = "with sigma^3, if sigma + D phi(sigma) = y, D = 1, has exactly one solution sigma for every y."
+    assert headline(data).endswith(end)
 
 
 def letters(text):

@@ -33,7 +33,7 @@ from lure.files.system import LoopSystem
 
 
 def own(data: Data) -> bool:
-    """Whether the verdict is on the nonlinearity that was given, without a condition: PROVED, and its class checked.
+    """Whether the verdict is on the nonlinearity that was given: PROVED, its class checked, nothing assumed.
 
     Parameters
     ----------
@@ -45,6 +45,7 @@ def own(data: Data) -> bool:
         data["system"]["law"] is not None
         and conclusion["verdict"] == "PROVED"
         and conclusion["membership"] == "checked"
+        and " for which " not in conclusion["law_class"]
     )
 
 
