@@ -13,6 +13,7 @@ from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.questions.conclusion import Conclusion
 from lure.analysis.questions.largest import StabilityBound
 from lure.analysis.questions.problem import Problem
+from lure.analysis.theorems.table import TABLE
 from lure.analysis.verdict import Verdict
 from lure.arrays import np
 from lure.classes import NonlinearityClass
@@ -136,18 +137,24 @@ def hints(
     if nonlinearity_class is None:
         return tuple(found)
     end = nonlinearity_class.sector.upper
-    serving = [row.largest.low for row in rows if serves(row, nonlinearity_class) and row.verdict is Verdict.PROVED]
+    serving = [row.largest.low for row in rows if serves(row, nonlinearity_class) and _promised(row)]
     if serving and nonlinearity_class.sector.lower < max(serving) < end:
         found.append(f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
-        enough = row.verdict is Verdict.PROVED and end <= row.largest.low and end != math.inf
+        enough = _promised(row) and end <= row.largest.low and end != math.inf
         if serves(row, nonlinearity_class) or not enough or not _low_enough(row, nonlinearity_class):
             continue
         if _possible(name, nonlinearity):
             found.append(f"{name} of phi would be enough ({row.criterion} reaches {row.proved_up_to})")
             break
     return tuple(found)
+
+
+def _promised(row: StabilityBound) -> bool:
+    """Whether something is proved of the row, and nothing is assumed for which one class is refused: slopes show it."""
+    composed = any(one.composed and one.name == row.criterion for one in TABLE)
+    return row.verdict is Verdict.PROVED and not (composed and row.proviso and row.question == "sector")
 
 
 def _inside(gain: float | Fraction, interval: GainInterval) -> bool:

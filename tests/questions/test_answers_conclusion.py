@@ -126,6 +126,28 @@ def test_a_proof_is_one_of_the_classes_inside_its_own(proofs, which, asked, verd
         assert found.code is codes.NO_MULTIPLIER
 
 
+# H(inf) = 1.  sigma + phi(sigma) = y has one solution: circle assumes it; Popov's criterion, whose theorem composes phi
+# with the inverse, is refused for a class that does not promise it, unless a largest class is asked for
+@pytest.mark.parametrize(
+    ("theorem", "kind", "nonlinearity", "code"),
+    [
+        ("circle", "class", None, None),
+        ("circle", "class", InASector(), None),
+        ("popov", "class", None, codes.SEVERAL_SOLUTIONS),
+        ("popov", "class", InASector(), codes.SEVERAL_SOLUTIONS),
+        ("popov", "sector", None, None),
+    ],
+)
+def test_what_a_theorem_assumes_is_said_or_refused(theorem, kind, nonlinearity, code):
+    asked = replace(Problem.about(as_plant("(s+2)/(s+1)"), sector(0, 2), nonlinearity=nonlinearity), kind=kind)
+    more = {"theorem": theorem, "multiplier": {"theta": "1"} if theorem == "popov" else {}}
+    draft = {"verdict": "PROVED", "system": dict(asked.system), "laws": dict(asked.class_entry), **more}
+    shown = complete_and_check(draft | {"proof": {"method": "polynomial"}})
+    found = conclusion_of(asked, shown)
+    assert found.code is code
+    assert (shown.assumed in found.assumed) is (shown.assumed in found.headline) is (code is None)
+
+
 def test_a_certificate_about_another_loop_is_a_bug_and_no_answer(proofs):
     _, proof = proofs["popov"]
     with pytest.raises(MismatchError, match="another system"):
@@ -394,6 +416,21 @@ def test_advice_names_the_farthest_bound_that_would_be_proved():
     found = about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 9))
     assert found.hints == ("an upper bound of 7.999999999 instead of 9 would be proved",)
     assert about(RationalPlant([1], [1, 3, 3, 1]), sector(0, 7)).hints == ()
+
+
+# H(inf) = 1/10: of a sector Popov's criterion assumes that sigma + phi(sigma)/10 rises, and certify refuses that; slope
+# bounds show it.  The circle criterion, 2.6 < 3, and for time-invariant phi up to 3.07
+def test_advice_is_no_class_that_would_be_refused_for_what_it_does_not_promise():
+    block = RationalPlant([Fraction(1, 10), Fraction(1, 10), Fraction(1, 10), 1], [1, 2, 2, 1])
+    varying = max_sector(block, time_varying=True, criterion="circle")
+    rows = [varying, max_sector(block, criterion="popov"), *[max_slope(block, criterion="popov", search="linear")] * 2]
+    ends = [row.largest.low for row in rows]
+    assert ends[0] < 3 < ends[1] == ends[2]
+    open_ = SimpleNamespace(verdict=Verdict.INCONCLUSIVE)
+    less = f"an upper bound of {varying.proved_text} instead of 3 would be proved"
+    slopes = f"slope bounds of phi would be enough (popov reaches {rows[2].proved_text})"
+    for one in (sector(0, 3, time_varying=True), sector(0, 3)):
+        assert advice.hints(Problem.about(block, one), rows, (), open_) == (less, slopes)
 
 
 def test_what_is_said_of_a_class_that_is_never_stable():
