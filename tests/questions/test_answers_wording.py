@@ -26,6 +26,8 @@ from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.cli.loops import lines
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions import analyse, max_slope
+from lure.analysis.questions.certify import ProofOptions
+from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.energy import EnergyBounds
 from lure.analysis.questions.gain import GainBound
@@ -285,6 +287,40 @@ def test_bounds_whose_factors_are_no_doubles_are_refused_by_their_channel(size, 
     with pytest.raises(InputError, match=f"the upper bound of channel 2 is {said}, .* between 1e-140 and 1e[+]140"):
         max_slope(plant, [SlopeBounds(0, 1), SlopeBounds(0, size)])
     assert certify(plant, [Sector(0, 1), Sector(0, size)]).verdict is Verdict.PROVED
+
+
+def ray(proved, refuted):
+    ends = dict(zip(("proved_k1", "proved_k2", "refuted_k1", "refuted_k2"), (*proved, *refuted), strict=True))
+    return Ray(k1=1, k2=1, criterion="circle", **ends)
+
+
+# what is proved holds for smaller bounds in both channels, what is refuted for larger ones
+@pytest.mark.parametrize(
+    ("k1", "k2", "verdict"),
+    [
+        *((1, 2, "PROVED"), (2, 1, "PROVED"), (0.5, 2, "PROVED"), (1, 0.5, "PROVED")),
+        *((1.01, 2, "INCONCLUSIVE"), (1, 2.01, "INCONCLUSIVE"), (2, 1.01, "INCONCLUSIVE"), (2.99, 9, "INCONCLUSIVE")),
+        *((3, 2, "REFUTED"), (9, 2, "REFUTED"), (3, 9, "REFUTED"), (3, 1.99, "INCONCLUSIVE")),
+    ],
+)
+def test_a_map_is_proved_below_its_corners_and_refuted_beyond(k1, k2, verdict):
+    none, nowhere = (None, None), (5, 5)
+    rays = (ray((1, 2), none), ray((2, 1), (3, 2)), ray((0.5, 0.5), nowhere), ray(none, none))
+    found = StabilityMap(lower=(Fraction(0), Fraction(0)), asked=(Fraction(1), Fraction(1)), rays=rays)
+    assert (found.proved, found.refuted) == (((1, 2), (2, 1)), ((3, 2),))
+    assert found.verdict(k1, k2).name == verdict
+    for below in ((0, k2), (k1, 0)):
+        with pytest.raises(InputError, match="no upper bounds above the lower ones"):
+            found.verdict(*below)
+
+
+@pytest.mark.parametrize(
+    "given", [{"seconds": 0}, {"seconds": -1.0}, {"seconds": inf}, {"method": ""}, {"numbers": "x"}]
+)
+def test_options_that_are_none_are_refused(given):
+    with pytest.raises(InputError, match=f"Ways.{next(iter(given))} is "):
+        ProofOptions(**given)
+    assert ProofOptions(seconds=1e-9).seconds == 1e-9
 
 
 def test_the_energy_is_that_of_the_classes_of_the_certificate():
