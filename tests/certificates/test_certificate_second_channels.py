@@ -469,15 +469,17 @@ def test_how_far_a_flow_may_be_off_is_bounded_by_its_parts():
 
 # x' = x_0 - phi(x) - x + w: x ascends to less than e = 1e-7, where phi is steep, and the side said is the other
 @pytest.mark.parametrize("wait", [0, 1])
-def test_on_the_wrong_side_no_more_comes_through_than_is_true(wait):
+@pytest.mark.parametrize(("said", "true"), [(0, 5), (-3, 3)])
+def test_on_the_wrong_side_no_more_comes_through_than_is_true(wait, said, true):
     one, seen = replace(PLAIN, slope=None, upper=F(5)), replace(SEEN, lower=F(-1), upper=F(1))
     plant = asked([[-1]], [[1, 1]], [[1], [1]], [[0, 0]] * 2, one, seen)
     w, T = 1e-7, 0.1
     with working_precision(192):
-        loop = steps(plant, {0: (F(0), F(5))}, 1 + wait)
+        loop = steps(plant, {0: (F(said), F(true))}, 1 + wait)
         given = [[F(1, 10**7)]] + [[F(0)]] * wait, [F(1, 10)] * (1 + wait), [[0]] + [[1]] * wait
         found = loop.balance(*given)
-    k, x = 6.0, w * (1 - math.exp(-6 * T)) / 6
+    k = 1.0 + true
+    x = w * (1 - math.exp(-k * T)) / k
     through = w * w / k**2 * (T - 2 * (1 - math.exp(-k * T)) / k + (1 - math.exp(-2 * k * T)) / (2 * k))
     through += wait * x * x * (1 - math.exp(-2 * k * T)) / (2 * k)
     assert float(found.upper()) <= through - w * w * T

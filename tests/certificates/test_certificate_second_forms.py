@@ -211,7 +211,7 @@ def test_within_reach_are_boxes_no_farther_than_the_rate():
         ({}, {"lambda": [[]]}, False),
         ({}, {"lambda": [["1"], ["1"]]}, False),
         ({}, {"theta": []}, False),
-        ({}, {"linear": (False, False)}, False),
+        ({"pieces": [], "P": [[["1"]]]}, {"linear": (False, False), "lambda": [["1"] * 2], "theta": ["0"] * 2}, False),
         ({}, {"rough": True}, False),
         ({}, {"rate": None}, False),
         ({}, {"D": [[0, 0], [0, 1]]}, True),

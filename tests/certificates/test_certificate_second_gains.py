@@ -267,6 +267,8 @@ def test_an_end_of_the_class_may_be_its_critical_case(n, d, lower, upper, critic
         ("samples", (F(76, 100), F(8, 10)), (F(104, 100), F(105, 100)), False),
         ("samples", (F(7, 10), F(8, 10)), (F(105, 100), F(106, 100)), False),
         ("samples", (F(7, 10), F(8, 10)), (F(523, 100), F(524, 100)), False),  # 2 pi less
+        ("quick", (F(7, 10), F(8, 10)), (F(296, 100), F(297, 100)), True),  # cos w = -197/200
+        ("quick", (F(7, 10), F(8, 10)), (F(331, 100), F(332, 100)), False),  # beyond pi, where it is again
         ("small", (F(1, 10), F(1100)), (F(17, 10), F(18, 10)), True),
         ("small", (F(1, 10), F(1100)), (F(18, 10), F(19, 10)), False),
         ("late", (F(157, 100), F(158, 100)), (F(157, 100), F(158, 100)), True),
@@ -279,6 +281,7 @@ def test_a_gain_of_the_range_has_a_root_in_the_band(loop, gains_, band, holds):
         "lag": transfer("8", "1 3 3 1"),
         "small": transfer("1/100", "1 3 3 1"),
         "samples": transfer("1", "1 -1 1/4", discrete=True),
+        "quick": transfer("1", "1 197/100 1/4", discrete=True),
         "late": Delayed(terms=((F(1), ONE),), d=Z),  # s + g exp(-s): pi/2
     }[loop]
     with assert_accepted_if(holds):

@@ -10,10 +10,11 @@ import pytest
 from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly
 from second_plants import PLAIN, asked, assert_accepted_if
 
-from lure.analysis.certificates.second import pace, pieces, several, structure, theorems
-from lure.analysis.certificates.second.classes import ATTRACTS, EQUILIBRIA, NO_REST
+from lure.analysis.certificates.second import pace, pieces, rays, several, structure, theorems
+from lure.analysis.certificates.second.classes import ATTRACTS, EQUILIBRIA, NO_REST, Graph
 from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import working_precision
+from lure.analysis.certificates.second.orbits import stays_of
 from lure.analysis.certificates.second.reading import NotShown
 from lure.analysis.certificates.second.systems import Delayed, Rational, Shifted, States
 from lure.analysis.certificates.second.windows import read_forms
@@ -425,3 +426,31 @@ def test_far_out_a_form_is_that_of_both_bounds(shift):
     for h, holds in ((-0.99, True), (-1.01, False), (1.99, True), (2.01, False)):
         with working_precision(64):
             assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None]) is holds
+
+
+@pytest.mark.parametrize(("left", "half", "holds"), [(2, True, True), (3, True, False), (3, False, True)])
+def test_half_a_period_is_of_an_odd_function(left, half, holds):
+    state = States(A=((F(-1),),), b=(F(1),), c=(F(1),), d=F(0))
+    phi = Graph((F(-1), F(0), F(1)), (F(-1), F(0), F(1)), (F(left), F(1), F(1), F(2)))  # kinks at -1 and 1
+    with assert_accepted_if(holds):
+        assert len(stays_of(state, phi, [0, 1], half=half)) == 2
+
+
+def test_plants_with_parameters_have_their_own_terms_at_a_rate():
+    # n = 0 s + 1, d = (s + 2) + a 0 s^0: at s - 1/2, or z/2, with as many zeros in front
+    term = {"powers": [1], "numerator": ["0", "1"], "denominator": ["1", "2"]}
+    for time, denominator in (("continuous", ["1", "3/2"]), ("discrete", ["1/2", "2"])):
+        found = pace._system({"kind": "family", "time": time, "terms": [term]}, F(1, 2))
+        assert found["terms"] == [term | {"denominator": denominator}]
+
+
+# x' = 2 x - phi(x), of a ReLU: along x < 0 the gain is 0, along x > 0 it is 1
+@pytest.mark.parametrize(
+    ("gain", "state", "value", "holds"),
+    [("0", "-1/2", "2", True), ("0", "1/2", "2", False), ("1", "1/2", "1", True), ("1", "-1/2", "1", False)],
+)
+def test_a_rectifier_has_its_gain_on_its_side(gain, state, value, holds):
+    plant = asked([[2]], [[1]], [[1]], [[0]], replace(PLAIN, relu=True))
+    proof = {"method": "relu-ray", "gains": [[gain]], "state": [state], "value": value, "radius": "1/1000"}
+    with assert_accepted_if(holds):
+        rays.refuted_by_ray(SimpleNamespace(proof=proof), plant)
