@@ -16,6 +16,7 @@ from lure.analysis.export.beside import beside_text
 from lure.analysis.export.beyond import beyond_text
 from lure.analysis.export.decaying import decaying_text
 from lure.analysis.export.driven import driven_text
+from lure.analysis.export.everywhere import everywhere_text
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gained import in_states
 from lure.analysis.export.gaining import gaining_text, has_gain
@@ -67,7 +68,8 @@ def coq_text(shown: Checked) -> str:
             return (switched_text if discrete else jumping_text)(data, shown.claim)
         return written.get(method, orbit_text)(data, shown.claim)
     if isinstance(data["laws"], dict) and "graphs" in data["laws"]:
-        return regional_text(data, shown.claim)
+        everywhere = data["proof"]["method"] == "everywhere"
+        return (everywhere_text if everywhere else regional_text)(data, shown.claim)
     if has_gain(data):
         if "rate" in data or data["proof"]["method"] == "parts":
             raise refused("it is a gain with a rate, or of parts; a gain alone has an export")

@@ -62,8 +62,8 @@ def regional_text(data: Mapping[str, Any], claim: str) -> str:
         return interval_text(data, claim)
     if data["proof"]["method"] not in ("ellipsoid", "level-set"):
         raise refused(
-            "of regions of attraction ellipsoids, level sets and intervals have an export; curves and what attracts "
-            "everything in several states have none"
+            "of regions of attraction ellipsoids, level sets, intervals and what attracts everything have an export; "
+            "curves have none"
         )
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:

@@ -76,8 +76,49 @@ def test_an_interval_of_one_state_is_kept_and_attracted():
         interval(["-1", "1"], [cubic], A="0", B="1")
     with pytest.raises(InputError, match="in continuous time"):  # x+ = (2 x - sat(x))/4
         interval(["-4", "4"], [SATURATED], A="1/2", B="1/4", time="discrete")
-    with pytest.raises(InputError, match="curves and what attracts everything in several states have none"):
-        regional_text({"proof": {"method": "everywhere"}}, "")
+    with pytest.raises(InputError, match="curves have none"):
+        regional_text({"proof": {"method": "spiral"}}, "")
+
+
+def everywhere(graph, **more):
+    """``x_1' = x_2``, ``x_2' = -phi(x_1 + x_2)``: ``V = x_2^2 + 2 int phi`` falls by ``2 phi^2``."""
+    plant = {"kind": "multivariable", "time": "continuous", "A": [["0", "1"], ["0", "0"]], "B": [["0"], ["1"]]}
+    plant |= {"C": [["1", "1"]], "D": [["0"]]}
+    draft = {"verdict": "PROVED", "system": plant, "laws": {"graphs": [graph]}, "theorem": "global-popov"}
+    given = {"lambda": ["0"], "theta": ["1"], "inverse": ["1"]} | more
+    proof = {"method": "everywhere", "P": [["0"], ["0", "1"]], "least": ["1"]}
+    return coq_text(complete_and_check(draft | {"multiplier": given, "proof": proof}))
+
+
+def test_what_attracts_everything_is_said_of_every_solution():
+    stated = (text := everywhere(SATURATED))[text.rindex("Theorem region") : text.rindex("Proof.")]
+    assert "forall (Phi : R -> R) (x w : nat -> R -> R),\n  (integral_of Phi phi) ->" in stated
+    assert stated.endswith("  tends_to (x 0%nat) 0 /\\ tends_to (x 1%nat) 0.\n")
+    for cuts, pieces, inverse, why in (
+        (["0"], [["0", "1"], ["0", "1/2"]], "1", "not of lines, one through 0"),
+        ([], [["0", "1/2", "0", "1"]], "0", "not known and below a line"),
+    ):
+        with pytest.raises(InputError, match=why):
+            everywhere({"kind": "piecewise-polynomial", "cuts": cuts, "pieces": pieces}, inverse=[inverse])
+
+
+@needs_coq
+@pytest.mark.thorough
+def test_what_attracts_everything_compiles_and_what_is_falsified_does_not(library):
+    lifted = {"kind": "piecewise-polynomial", "cuts": ["-1/2", "2"], "pieces": [["-1/4", "1/4"], ["0", "3/4"], ["3/2"]]}
+    assert compiled(library, everywhere(lifted))[0]
+    text = everywhere(SATURATED)
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in (
+        ("((-1) * w 0%nat t)", "(1 * w 0%nat t)"),
+        ("1 * x 0%nat t + 1 * x 1%nat t.", "1 * x 0%nat t + 2 * x 1%nat t."),
+        ("if Rle_dec s (-1) then (-1) else", "if Rle_dec s (-1) then 1 else"),
+        ("tends_to (x 0%nat) 0", "tends_to (x 0%nat) 1"),
+        ("Definition Q : list (list Z) := [[", "Definition Q : list (list Z) := [[-"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0], (right, wrong)
 
 
 @needs_coq
