@@ -66,9 +66,7 @@ Proof.
     set (u := fun t => - (v t - L) * exp (- r * t)).
     set (u' := fun t => - v' t * exp (- r * t) + - (v t - L) * (- r * exp (- r * t))).
     assert (De : forall s, derivable_pt_lim (fun t => exp (- r * t)) s (- r * exp (- r * s))).
-    { intro s; replace (- r * exp (- r * s)) with (exp (- r * s) * (- r * 1)) by ring.
-      apply (derivable_pt_lim_comp (fun u => - r * u) exp); [|apply derivable_pt_lim_exp].
-      apply (derivable_pt_lim_scal id); apply derivable_pt_lim_id. }
+    { intro s; apply exp_flow. }
     assert (down : u t <= u 0).
     { apply (falls_from u u' 0 t Ht).
       - apply (continuity_pt_mult (fun t => - (v t - L)) (fun t => exp (- r * t))).

@@ -165,12 +165,6 @@ Qed.
 
 Definition surge (r : R) (p : list R) (a : R) : R -> R :=
   glued (fun _ => 0) (glued (fun t => exp (r * t) * poly p t) (fun t => exp (r * t) * a) 1) 0.
-Lemma exp_flow : forall r t, derivable_pt_lim (fun s => exp (r * s)) t (r * exp (r * t)).
-Proof.
-  intros r t; apply (derivable_same (fun s => exp (r * s)) _ t (exp (r * t) * (r * 1))); [reflexivity|ring|].
-  apply (derivable_pt_lim_comp (fun s => r * s) exp); [|apply derivable_pt_lim_exp].
-  apply (derivable_pt_lim_scal id), derivable_pt_lim_id.
-Qed.
 Lemma exp_poly_flow : forall r q t,
   derivable_pt_lim (fun s => exp (r * s) * poly q s) t (exp (r * t) * (dpoly q t + r * poly q t)).
 Proof.

@@ -110,6 +110,12 @@ Definition mixed (rows fs : list (list Z)) : list (list Z) := map (fun row => co
 
 Lemma derivable_same : forall f g t a b, (forall s, f s = g s) -> a = b -> derivable_pt_lim f t a -> derivable_pt_lim g t b.
 Proof. intros f g t a b E <- D eps epos; destruct (D eps epos) as [d H]; exists d; intros h; rewrite <- !E; auto. Qed.
+Lemma exp_flow : forall r t, derivable_pt_lim (fun s => exp (r * s)) t (r * exp (r * t)).
+Proof.
+  intros r t; apply (derivable_same (fun s => exp (r * s)) _ t (exp (r * t) * (r * 1))); [reflexivity|ring|].
+  apply (derivable_pt_lim_comp (fun s => r * s) exp); [|apply derivable_pt_lim_exp].
+  apply (derivable_pt_lim_scal id), derivable_pt_lim_id.
+Qed.
 Lemma flow_mixed : forall z fs gs rows, flows z fs gs -> flows z (mixed rows fs) (mixed rows gs).
 Proof.
   intros z fs gs rows F; induction rows as [|row rows IH]; constructor; [|exact IH]; intros t Ht.

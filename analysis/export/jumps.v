@@ -452,12 +452,6 @@ Proof. intros c; induction r as [|a r IH]; intros [|y z]; cbn [dot map]; try rin
 Lemma at_once_scaled : forall n (x : nat -> R -> R) (c : R -> R) t,
   at_once n (fun k t => c t * x k t) t = map (Rmult (c t)) (at_once n x t).
 Proof. intros; unfold at_once, listed; now rewrite map_map. Qed.
-Lemma up_flow : forall e t, derivable_pt_lim (fun t => exp (e * t)) t (e * exp (e * t)).
-Proof.
-  intros e t; apply (derivable_same (fun t => exp (e * t)) _ t (exp (e * t) * (e * 1))); [reflexivity|ring|].
-  apply (derivable_pt_lim_comp (fun t => e * t) exp); [|apply derivable_pt_lim_exp].
-  apply (derivable_pt_lim_scal id), derivable_pt_lim_id.
-Qed.
 Lemma up_solution : forall e n r d (z : nat -> R -> R) k t, derivable_pt_lim (z k) t (dot r (at_once n z t) / d) ->
   derivable_pt_lim (fun t => exp (e * t) * z k t) t
     (dot r (at_once n (fun k t => exp (e * t) * z k t) t) / d + e * (exp (e * t) * z k t)).
@@ -465,7 +459,7 @@ Proof.
   intros e n r d z k t D; rewrite at_once_scaled, dot_scaled.
   apply (derivable_same (fun t => exp (e * t) * z k t) _ t
     (e * exp (e * t) * z k t + exp (e * t) * (dot r (at_once n z t) / d))); [reflexivity|unfold Rdiv; ring|].
-  apply (derivable_pt_lim_mult (fun t => exp (e * t)) (z k)); [apply up_flow|exact D].
+  apply (derivable_pt_lim_mult (fun t => exp (e * t)) (z k)); [apply exp_flow|exact D].
 Qed.
 Lemma up_endless : forall e n (z : nat -> R -> R), 0 <= e -> (forall B, exists t, 0 <= t /\ B < norm2 (at_once n z t)) ->
   forall B, exists t, 0 <= t /\ B < norm2 (at_once n (fun k t => exp (e * t) * z k t) t).
@@ -494,7 +488,7 @@ Proof.
   exists (fun k t => exp (e * t) * z k t), jump, index.
   split; [exact J0|split; [exact J|split; [exact I|split; [|split]]]].
   - intros k t; apply (continuity_pt_mult (fun t => exp (e * t)) (z k)); [|apply C].
-    apply derivable_continuous_pt; eexists; apply up_flow.
+    apply derivable_continuous_pt; eexists; apply exp_flow.
   - intros k t K N s; apply up_solution, F; assumption.
   - now apply up_endless.
 Qed.

@@ -11,10 +11,10 @@ Proof.
   { intro c; apply (derivable_same (fun t => c * t) _ t (c * 1)); [reflexivity|ring|].
     apply (derivable_pt_lim_scal id); apply derivable_pt_lim_id. }
   apply (derivable_same (fun t => exp (a * t) * (p * cos (b * t) - q * sin (b * t))) _ t
-    (exp (a * t) * a * (p * cos (b * t) - q * sin (b * t))
+    (a * exp (a * t) * (p * cos (b * t) - q * sin (b * t))
      + exp (a * t) * (p * (- sin (b * t) * b) - q * (cos (b * t) * b)))); [reflexivity|ring|].
   apply (derivable_pt_lim_mult (fun t => exp (a * t)) (fun t => p * cos (b * t) - q * sin (b * t))).
-  - apply (derivable_pt_lim_comp (fun t => a * t) exp); [apply L|apply derivable_pt_lim_exp].
+  - apply exp_flow.
   - apply (derivable_pt_lim_minus (fun t => p * cos (b * t)) (fun t => q * sin (b * t))).
     + apply (derivable_pt_lim_scal (fun t => cos (b * t))).
       apply (derivable_pt_lim_comp (fun t => b * t) cos); [apply L|apply derivable_pt_lim_cos].

@@ -57,9 +57,7 @@ Proof.
       (v' u * exp (2 * a * u) + v u * (2 * a * exp (2 * a * u)))).
   { intros u Hu; apply (derivable_pt_lim_mult v (fun u => exp (2 * a * u))).
     - apply (derivable_pt_lim_plus (fun u => value (bilinear P now now) (z u)) J); [now apply flow_bilinear|auto].
-    - replace (2 * a * exp (2 * a * u)) with (exp (2 * a * u) * (2 * a * 1)) by ring.
-      apply (derivable_pt_lim_comp (fun u => 2 * a * u) exp); [|apply derivable_pt_lim_exp].
-      apply (derivable_pt_lim_scal id); apply derivable_pt_lim_id. }
+    - apply exp_flow. }
   assert (K : v t * exp (2 * a * t) <= v s * exp (2 * a * s)).
   { apply (nonincreasing _ _ D); [|exact Hs|exact st]; intros u Hu.
     pose proof (slow u Hu); pose proof (exp_pos (2 * a * u)); nra. }
