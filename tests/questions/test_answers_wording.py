@@ -26,6 +26,7 @@ from lure.analysis.certificates.states import assumed, classes, keeps
 from lure.analysis.cli.loops import lines
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions import analyse, max_slope
+from lure.analysis.questions import steady as steady_module
 from lure.analysis.questions.certify import ProofOptions
 from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.decay import RateBound
@@ -651,6 +652,38 @@ def test_a_steady_response_is_that_of_what_was_asked(found, verdict, rate, said)
     assert str(found).startswith(said)
     assert (found.criterion, found.evidence is None) == ("circle" * (verdict == "PROVED"), verdict == "INCONCLUSIVE")
     assert (found.refutation is None) == bool(found.known or found.outside)
+
+
+BOTH = "a steady response of amplitude 0.3333333 to 0.6666667, and another of 3 to 4 (certified)"
+PAST = "a steady response of amplitude 0.3333333 to 0.6666667 that repeats after 3 periods of it only, and so another,"
+
+
+# Each solution with whether it is shown to exist, as a subharmonic or not; the last, whether two are apart
+@pytest.mark.parametrize(
+    ("kinds", "apart", "said"),
+    [
+        *(((None, None), True, ""), ((0,), True, ""), ((0, None), True, ""), ((0, 0), False, "")),
+        *(((0, 0), True, BOTH), ((0, None, 0), True, BOTH), ((None, 1), False, PAST), ((1, 0), True, PAST)),
+    ],
+)
+def test_two_steady_responses_refute_where_both_exist_and_are_apart(monkeypatch, kinds, apart, said):
+    told = {
+        "solutions": lambda *_: kinds,
+        "existing": lambda _, kind: None if kind is None else SimpleNamespace(subharmonic=kind, apart=lambda _: apart),
+        "multiplier": lambda *_: inf,
+    }
+    used = []
+
+    def row(_, kind, shown, *_rest):
+        size = Bracket(3, 4) if used else Bracket(1 / 3, 2 / 3)
+        used.extend([1] * (shown is not None))
+        return SimpleNamespace(omega=1.3, amplitude=size, periods=3 if kind else 1)
+
+    for name, made in (told | {"_row": row}).items():
+        monkeypatch.setattr(steady_module, name, made)
+    asked = steady_module._posed(([1], [1, 1, 1]), "sigma^3", {"amplitude": 1, "omega": 1.3}, None)
+    ((_, rows, found),) = steady_module._tried(asked)
+    assert (len(rows), said in found, bool(found)) == (len(kinds), True, bool(said))
 
 
 @pytest.mark.parametrize(
