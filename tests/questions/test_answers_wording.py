@@ -28,10 +28,11 @@ from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions import analyse, max_slope
 from lure.analysis.questions import steady as steady_module
 from lure.analysis.questions.certify import ProofOptions
+from lure.analysis.questions.channel_kinds import kind_name
 from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.energy import EnergyBounds
-from lure.analysis.questions.gain import GainBound
+from lure.analysis.questions.gain import GainBound, _differences
 from lure.analysis.questions.margins import Margin, Tolerances, tolerances
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction
 from lure.analysis.questions.steady import SteadyResponse
@@ -42,6 +43,7 @@ from lure.classes import Diagonal
 from lure.plants.family import PlantFamily
 
 ROOT = Path(__file__).parents[2]
+KNOWN = Diagonal((NonlinearityClass(sector=Sector(0, 1)),))
 
 PLAIN = {"sector": ["0", "2"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 
@@ -324,6 +326,39 @@ def test_options_that_are_none_are_refused(given):
     assert ProofOptions(seconds=1e-9).seconds == 1e-9
 
 
+KINDS = [
+    ([NonlinearityClass.norm_bounded(1)] * 2, "operator"),
+    ([NonlinearityClass.constant_gain(0, 1), NonlinearityClass.relu()], "gain/ReLU"),
+    ([NonlinearityClass.delayed(1), NonlinearityClass.hysteretic("play")], "delay/play"),
+    ([NonlinearityClass.delayed(1, varying=True)] * 2, "varying delay"),
+    (
+        [NonlinearityClass.slope_restricted(0, 1), NonlinearityClass.slope_restricted(0, 1, odd=True)],
+        "slope/slope, odd",
+    ),
+    ([KNOWN.classes[0], NonlinearityClass(sector=Sector(0, 1), time_varying=True)], "sector/sector, time-varying"),
+]
+
+
+@pytest.mark.parametrize(("classes", "words"), KINDS)
+def test_classes_are_named_by_their_kinds(classes, words):
+    assert kind_name(Diagonal(tuple(classes))) == words
+    if len({*classes}) == 1:
+        assert kind_name(Diagonal(tuple(classes), repeated=True)) == f"{words}, the same in all channels"
+
+
+# of their differences an operator that is linear is what it was, a function is a gain that varies between its slopes
+def test_an_incremental_gain_is_of_the_slopes():
+    linear = NonlinearityClass.norm_bounded(1, dynamics="linear time-invariant")
+    slopes = NonlinearityClass.slope_restricted(-1, 2, odd=True)
+    found = _differences(Diagonal((linear, NonlinearityClass.constant_gain(0, 1), slopes)))
+    varying = NonlinearityClass(sector=Sector(-1, 2), time_varying=True)
+    assert found.classes == (linear, NonlinearityClass.constant_gain(0, 1), varying)
+    narrow = NonlinearityClass(sector=Sector(0, 1), slope=SlopeBounds(-1, 2))
+    for one in (narrow, KNOWN.classes[0], NonlinearityClass.relu(), NonlinearityClass.hysteretic("stop")):
+        with pytest.raises(InputError, match=r"channel 2 is .* of whose differences nothing is known"):
+            _differences(Diagonal((linear, one)))
+
+
 def test_the_energy_is_that_of_the_classes_of_the_certificate():
     laws = {"channels": [PLAIN, {**PLAIN, "operator": "performance", "sector": ["-1", "1"]}], "repeated": False}
     told = SimpleNamespace(certificate={"laws": laws}, assumed="so")
@@ -437,9 +472,6 @@ def test_a_refuted_class_says_why_no_criterion_applies():
     said = " ".join(str(found).split())
     assert said.count("the pole at s = 0 has multiplicity 2; the critical case needs a simple one") == 1
     assert "give a positive lower gain" not in said  # none contains a saturation
-
-
-KNOWN = Diagonal((NonlinearityClass(sector=Sector(0, 1)),))
 
 
 def seen(time="continuous", rate=None, assumed="", method="", **more):
