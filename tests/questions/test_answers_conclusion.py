@@ -23,7 +23,7 @@ from lure import (
 )
 from lure.analysis import check
 from lure.analysis.certificates import codes
-from lure.analysis.certificates.drafts import complete_and_check
+from lure.analysis.certificates.drafts import Failure, complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.systems import class_entry, nonlinearity_class_of
 from lure.analysis.questions import advice, analyse, answers, max_sector, max_slope, search, table
@@ -31,6 +31,7 @@ from lure.analysis.questions.certify import certify
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import MismatchError, _refuted, conclusion_of
 from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.search import Attempts
 from lure.analysis.questions.table import class_dict, table_row
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.files.builtin import builtin_loop
@@ -331,6 +332,22 @@ def test_the_reason_and_its_code_come_first():
     search_limited = about(builtin_loop("ct-7").block, sector(0, 1000))
     assert search_limited.code is codes.NO_MULTIPLIER or search_limited.verdict is not Verdict.INCONCLUSIVE
     assert endless.to_dict()["code"] == "LURE-I020"
+
+
+# one search that served the class tells more than one that does not serve it; the time that is over more than both
+@pytest.mark.parametrize(
+    ("ended", "code", "search"),
+    [
+        (["NOT_APPLICABLE", "NO_MULTIPLIER", "NOT_APPLICABLE"], "NO_MULTIPLIER", 1),
+        (["NO_MULTIPLIER", "NO_MULTIPLIER"], "NO_MULTIPLIER", 1),
+        (["NOT_APPLICABLE", "NOT_APPLICABLE"], "NOT_APPLICABLE", 1),
+        (["NO_MULTIPLIER", "OUT_OF_TIME", "NOT_APPLICABLE"], "OUT_OF_TIME", 1),
+    ],
+)
+def test_of_several_searches_that_showed_nothing_the_most_telling_is_named(ended, code, search):
+    failures = [Failure(search=f"search {i}", code=getattr(codes, name), detail="why") for i, name in enumerate(ended)]
+    found = answers.certification_of(Attempts(Problem.about(THIRD, sector(0, 7)), failures), [])
+    assert (found.code, found.detail) == (getattr(codes, code), f"search {search}: why")
 
 
 def test_every_finite_bound_is_not_the_class_without_one():

@@ -35,11 +35,13 @@ from lure.analysis.questions.energy import EnergyBounds
 from lure.analysis.questions.gain import GainBound, _differences
 from lure.analysis.questions.margins import Margin, Tolerances, tolerances
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction
-from lure.analysis.questions.steady import SteadyResponse
+from lure.analysis.questions.steady import SteadyPoint, SteadyResponse
+from lure.analysis.report.loop.asked import ASKED
 from lure.analysis.report.loop.write import class_words as row_words
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys, interval, meaning, plants_words, proviso
 from lure.classes import Diagonal
+from lure.files import parse_system
 from lure.plants.family import PlantFamily
 
 ROOT = Path(__file__).parents[2]
@@ -684,6 +686,48 @@ def test_a_steady_response_is_that_of_what_was_asked(found, verdict, rate, said)
     assert str(found).startswith(said)
     assert (found.criterion, found.evidence is None) == ("circle" * (verdict == "PROVED"), verdict == "INCONCLUSIVE")
     assert (found.refutation is None) == bool(found.known or found.outside)
+
+
+LOOP = """
+[plant]
+A = [[-1]]
+B = [[1]]
+C = [[1]]
+[class]
+slope = [0, 1]
+[performance]
+Bw = [[1]]
+Cz = [[7]]
+[forcing]
+amplitude = 3
+omega = 2
+"""
+
+
+def test_what_a_system_says_of_its_input_holds_where_nothing_else_is_given():
+    system = parse_system(LOOP, name="loop", source="a file")
+    own, other = steady_module._posed(system, None, None, None), {"Bw": [[1]], "Cz": [[9]]}
+    assert (own.performance.Cz, own.forcing.amplitude) == (((7,),), (3,))
+    assert steady_module._posed(system, None, None, other).performance.Cz == ((9,),)
+    assert steady_module._posed(system, None, {"amplitude": 5, "omega": 1}, None).forcing.amplitude == (5,)
+
+
+def row_of(evidence, *, alone):
+    size, error = Bracket(1, 2), {"error": 0.0, "harmonics": 1, "residual": 0.0}
+    return SteadyPoint(omega=1.0, amplitude=size, sigma=(), computed=1.0, evidence=evidence, alone=alone, **error)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "alone", "caption"),
+    [
+        ("CERTIFIED", True, "Blue bars: certified at that frequency, from whatever start; between them nothing is."),
+        ("CERTIFIED", False, "Red and grey bars: steady responses that exist, certified, where others may."),
+        ("COMPUTED", False, "Crosses: harmonic balance, in floating point."),
+    ],
+)
+def test_a_figure_of_responses_says_which_are_certified(evidence, alone, caption):
+    found = replace(steady(Verdict.INCONCLUSIVE), response=(row_of(Evidence[evidence], alone=alone),))
+    assert ASKED["steady"].caption(found) == caption
 
 
 BOTH = "a steady response of amplitude 0.3333333 to 0.6666667, and another of 3 to 4 (certified)"
