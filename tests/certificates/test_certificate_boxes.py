@@ -27,7 +27,7 @@ from tests.support.tampering import assert_both_reject, edited, refused_again
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SECOND = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (Fraction(1, 2), 1)})
 LAWS = {"sector": ["0", "3"], "slope": None, "odd": False, "time_varying": False, "linear": False}
-SECTOR, ALPHA = ("laws", "sector", 1), ("proof", "boxes", "multiplier", "alpha")
+LOWER, SECTOR, ALPHA = ("laws", "sector", 0), ("laws", "sector", 1), ("proof", "boxes", "multiplier", "alpha")
 A_LOW, A_HIGH = (("system", "parameters", 0, end) for end in (1, 2))
 CUT = {"parameter": 0, "at": "3/2", "below": {"multiplier": {"theta": "1"}}, "above": {"multiplier": {"theta": "2"}}}
 
@@ -156,6 +156,12 @@ def test_a_pole_at_zero_of_all_plants_is_the_critical_case_and_one_that_moves_is
         ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "-1/100"), (SECTOR, "1/100")]),
         ((["b"], [1, -1], {"b": (0.5, 1)}, 1), "circle", {}, "199/100", [(A_LOW, "0"), (SECTOR, "1/100")]),
         ((["b"], [1, 1, "a"], {"a": (1, 1.1), "b": (0.9, 1)}), "off-axis-circle", {"alpha": "1"}, "5", [(ALPHA, "-1")]),
+        # b/(s + a), and b/(z - a), are stable down to the gain -1 and -1/2, for a = b = 1 and a = 1/2, b = 1
+        ((["b"], [1, "a"], {"a": (1, 2), "b": (0.5, 1)}), "circle", {}, "2", [(LOWER, "-99/100"), (LOWER, "-101/100")]),
+        (
+            *((["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (0.5, 1)}, 1), "circle", {}, "1"),
+            [(LOWER, "-49/100"), (LOWER, "-51/100")],
+        ),
         # b/(a s + 1), whose pole goes to infinity
         ((["b"], ["a", 1], {"a": (1, 2), "b": (0.5, 1)}), "circle", {}, "1/10", [(A_LOW, "0")]),
         ((["b"], ["a", 1], {"a": (1, 2), "b": (0.5, 1)}), "circle", {}, "1/10", [(SECTOR, "inf")]),
@@ -169,8 +175,11 @@ def test_boxes_in_discrete_time_and_off_the_axis_are_sharp(plants, theorem, mult
     )
     found = complete_and_check(given).certificate
     assert recheck(found).accepted
-    for path, value in edits:
+    for i, (path, value) in enumerate(edits):
         found = edited(found, *path, value=value)
+        if path == LOWER and i == 0:
+            found = complete_and_check(found).certificate
+            assert recheck(found).accepted
     assert_both_reject(found)
 
 
@@ -365,6 +374,7 @@ def test_one_plant_of_a_box_has_the_powers_of_its_parameters():
         (SEVERAL, {("terms", 1, "D"): [["1"], ["1"]]}),
         (SEVERAL, {("terms", 1, "D"): []}),
         (SEVERAL, {("kind",): "family"}),
+        (SEVERAL, {("terms",): [{"powers": [0, 0], "common": "1", "A": [], "B": [], "C": [[]], "D": [["0"]]}]}),
     ],
 )
 def test_boxes_that_say_something_else_are_not_read(system, edits):

@@ -438,6 +438,7 @@ ALIKE, JOINT = {"operators": [(range(2), True)], **PAIR}, {"operators": [(range(
         ([["1", "-1"], ["0", "1"]], [], PAIR, True),
         ([["1", "-1"], ["0", "1"]], [], {}, False),  # two nonlinearities
         ([["1", "1"], ["0", "1"]], [], PAIR, False),
+        ([["1", "1/2"], ["0", "1"]], [], PAIR, False),
         ([["1", "1"], ["0", "1"]], [], PAIR | {"odd": True}, True),
         ([["99/100", "-1"], ["0", "1"]], [], PAIR, False),
         ([["1", "-1"], ["0", "99/100"]], [], PAIR, False),

@@ -315,6 +315,7 @@ def document(draft, **more):
     return Document(nonlinearities=given.pop("laws"), nonlinearity=given.pop("law"), **given)
 
 
+WHOLE = {**LATE["proof"]["parts"][1], "channels": [1, 2], "states": [1, 2], "kind": "multivariable delay"}
 STATE = changed(PROOF, *PARTS, 2, "kind", "state-space")
 LATE_PAIR = changed(LATE, *PARTS, 0, "kind", "multivariable delay")
 
@@ -367,6 +368,7 @@ def test_the_second_checker_takes_the_same_parts(draft, place, system):
         (changed(LATE, *PARTS, 1, "kind", "multivariable delay"), {}),
         (changed(LATE, *PARTS, 1, "kind", "delay"), {}),
         (changed(LATE, "system", "late", [["1", UNIT, [["0", "1"], ["0", "0"]]]]), {}),  # what comes back joins
+        (changed(LATE, *PARTS, [WHOLE]), {}),  # which is no part
         (changed(CASCADE, "laws", "channels", 2, nonlinearities(0, "inf")), {}),
         (changed(CASCADE, "laws", "channels", 2, nonlinearities(0, "finite")), {}),
         (changed(CASCADE, "laws", "channels", 2, nonlinearities("-inf", 1)), {}),

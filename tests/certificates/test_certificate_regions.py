@@ -166,6 +166,7 @@ def test_both_checkers_accept_a_region_by_hand(name):
         ("near", {("multiplier", "terms", 0, "sector"): ["2/3", "99/100"]}),
         ("near", {("multiplier", "terms", 0, "reach"): "-3/2"}),
         ("near", {("multiplier", "terms"): []}),
+        ("near", {("multiplier", "terms"): [SECTOR | {"weight": "17/10"}, SECTOR | {"weight": "-1/2"}]}),
         ("near", {("system", "time"): "discrete"}),
         ("near", {("proof", "P"): [["-2"]]}),
         ("pushed", {("proof", "energy"): "201/100"}),

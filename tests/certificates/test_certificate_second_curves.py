@@ -12,10 +12,15 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second import curves, graphs
 from lure.analysis.certificates.second.numerics import to_fmpq
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.certificates.second.reading import NotShown
 
 
 def piecewise(*pieces, cuts=()):
     return graphs.Graph(cuts=tuple(map(F, cuts)), pieces=tuple(map(fmpq_poly, pieces)))
+
+
+def data(*pieces, cuts=(-1, 1)):
+    return {"kind": "piecewise-polynomial", "cuts": list(map(str, cuts)), "pieces": [list(map(str, p)) for p in pieces]}
 
 
 def flow(A, b, c, graph):
@@ -151,6 +156,27 @@ def test_a_graph_of_a_multiple_and_the_form_of_a_rate():
     assert (z.transpose() * sampled.form(P, F(1, 3)) * z)[0, 0] == after - V * 4 / 3
 
 
+@pytest.mark.parametrize(
+    ("given", "wrong"),
+    [
+        ({"kind": "signed", "top": "1/9"}, {"top": "0"}),
+        ({"kind": "signed", "top": "1/9"}, {"top": "-1/9"}),
+        ({"kind": "sector", "sector": ["1/2", "1/2"], "reach": "1/9"}, {"sector": ["1/2", "1/3"]}),
+        ({"kind": "sector", "sector": ["1/2", "1/2"], "reach": "1/9"}, {"reach": "0"}),
+        ({"kind": "sector", "sector": ["1/2", "1/2"], "reach": "1/9"}, {"reach": "-1/9"}),
+        (data([-1], [0, 1], [1]), {"cuts": ["1", "1"]}),
+        (data([-1], [0, 1], [1]), {"cuts": ["-1"]}),
+        (data([-1], [0, 1], [1]), {"cuts": ["-1", "2"]}),
+        (data([-1], [0, 1], [1]), {"kind": "piecewise"}),
+        (data([0, 1], [0, 1], cuts=[0]), {"pieces": [["1", "1"], ["1", "1"]]}),
+    ],
+)
+def test_what_is_no_nonlinearity_is_not_read(given, wrong):
+    graphs.read_graph(given)
+    with pytest.raises(NotShown):
+        graphs.read_graph(given | wrong)
+
+
 # Regions by hand
 
 
@@ -159,10 +185,6 @@ def region(system, data, theorem, multiplier, proof):
     return {"verdict": verdict, "system": system, "laws": {"graphs": data}, "theorem": theorem, "proof": proof} | {
         "multiplier": multiplier
     }
-
-
-def data(*pieces, cuts=(-1, 1)):
-    return {"kind": "piecewise-polynomial", "cuts": list(map(str, cuts)), "pieces": [list(map(str, p)) for p in pieces]}
 
 
 SATURATION = data([-1], [0, 1], [1])

@@ -321,6 +321,7 @@ FORGED = {  # what both checkers accept, and what is then changed, so that it wo
             ("proof", "scale"): "1/4",
         },
     ),
+    "a scaled orbit at rest": (SCALED, {("proof", "sigma"): ["0"], ("proof", "u"): ["0"]}),
     "a scaled orbit in continuous time": (SCALED, {("system", "time"): "continuous"}),
     # x' = -x - phi(x): phi = -x^3 leaves (-1, 1) to 0; -2 x for x < 0 does not
     "signs on one side": (
