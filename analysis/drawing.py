@@ -49,6 +49,7 @@ def drawn(says: str) -> Callable[..., Any]:
     """
 
     def plot(self: object, ax: Axes | None = None) -> Any:  # noqa: ANN401  (the axes, or all of them)
+        """Replaced by the text below."""
         return drawing(self)(self, ax=ax)
 
     plot.__doc__ = (

@@ -391,6 +391,7 @@ class NonlinearityClass(Record):
             return replace(self, sector=Sector(-bound, bound))
 
         def top(value: float | Fraction) -> float | Fraction:
+            """The upper bound times ``alpha``; an infinite one as it is."""
             return value if value in (math.inf, -math.inf) else alpha * Fraction(value)
 
         slope = self.slope and SlopeBounds(self.slope.lower, top(self.slope.upper))

@@ -239,6 +239,7 @@ def multiplier(loop: ForcedLoop, found: Balanced) -> float:
     a = np.array(slopes)
 
     def inner(k: int) -> Reals:
+        """The matrix of the linearised equation at one step of the period."""
         return np.asarray(A - (B[:, :m] * a[:, k % steps]) @ C[:m])
 
     whole, step = np.eye(len(A)), 2 * T / steps
@@ -319,6 +320,7 @@ def _settled(loop: ForcedLoop, wave: Wave) -> Iterator[Balanced]:
         return np.asarray(values)
 
     def rate(x: Reals, k: int) -> Reals:
+        """``dx/dt`` of all states in one step."""
         return np.asarray(x @ A.T - psi(x, k) @ B.T + pushed[k])
 
     states, period = list[Reals](), 0

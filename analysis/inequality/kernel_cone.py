@@ -342,6 +342,7 @@ class KernelCone:
                 some = whole[0][at], whole[1][at], whole[2][at]
 
                 def lowest(factor: float, some: Parts = some) -> float:
+                    """The least value over the frequencies with this factor."""
                     return float(least(factor, some).min())
 
                 reached = _crossing(lowest, low, top)

@@ -81,6 +81,7 @@ def _highest(lines: tuple[Reals, Reals]) -> float:
     low, high = 0.0, 1 / max(float(np.abs(b).max()), 1e-300)
 
     def rising(theta: float) -> bool:
+        """Whether the smallest value still grows with ``theta``."""
         return bool(b[int((a + theta * b).argmin())] > 0)
 
     for _ in range(STEPS):

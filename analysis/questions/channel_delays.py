@@ -315,6 +315,7 @@ def _least_of_late(plant: DelayMatrix, rest: NDArray[np.float64], i: int) -> tup
     for k in np.flatnonzero(sizes[:-1] * sizes[1:] < 0):
 
         def size(one: float) -> float:
+            """How far the modulus of the response lies above 1."""
             return float(np.abs(response(np.array([one])))[0] - 1)
 
         one = float(optimize.brentq(size, points[k], points[k + 1], xtol=1e-15 * points[k], rtol=1e-15))

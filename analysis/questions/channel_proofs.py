@@ -511,6 +511,7 @@ def _farthest_by(
     scaled[[*(asked.classes.performance or range(len(upper)))]] = 1.0  # of a gain: its channel alone
 
     def widths(alpha: float) -> NDArray[np.float64]:
+        """Of the classes with this factor, a number a channel."""
         return np.asarray(np.where(scaled, alpha, 1.0) * upper - lower)
 
     begin = float(known) * (1 + _WORTH)

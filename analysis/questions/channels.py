@@ -284,6 +284,7 @@ def factor_steps(found: Factors, earlier: Sequence[Factors]) -> Iterator[tuple[s
         found.against = shown if isinstance(shown, tuple) else found.against
 
     def gains() -> None:
+        """Constant gains, or those that refute a larger question already."""
         nonlocal before
         rows = (each.bound for each in reversed(earlier) if each.complete)
         before = next((row for row in rows if _larger(row, asked)), None)
@@ -496,9 +497,11 @@ def proposals(
     family = isinstance(asked.plant, ChannelFamily)
 
     def against(search: channel_families.Against) -> tuple[Fraction, Refuted] | None:
+        """What a search finds, of all plants of a family or of one."""
         return channel_families.refuting(asked, search) if family else search(asked)
 
     def gains() -> Refuted | None:
+        """A member with constant gains that is not stable."""
         if rows:
             seen = (shown for row in rows for shown in row.refutations)
             return next((shown for shown in seen if contains(own, shown.certificate["laws"])), None)
@@ -506,16 +509,19 @@ def proposals(
         return None if found is None else found[1]
 
     def jumping() -> Refuted | None:
+        """One whose gains, or for a family whose parameters, jump."""
         found = parameters_refuting(asked, asked.classes.least, 1.0, whole=True) if family else None
         if not family:
             found = switching_refuting(asked, asked.classes.least, 1.0, whole=True)
         return None if found is None else found[1]
 
     def oscillating() -> Refuted | None:
+        """One with a periodic solution."""
         found = against(lambda one: orbits_refuting(one, one.classes.least, 1.0, whole=True))
         return None if found is None else found[1]
 
     def whole(criterion: Criterion) -> Proved:
+        """The proof of the class by one criterion."""
         shown = proved_whole(asked, criterion)
         if shown is None:
             raise AssumptionError(_NO_MULTIPLIER, code=Reason.NO_MULTIPLIER)

@@ -166,6 +166,7 @@ class BoxOfChannels(RateSearch):
             at = channel_families.place_of(self.plants, point)
 
             def serves(rate: float, at: Box = at) -> bool:
+                """Whether the search finds a proof of the rate for a box of parameters."""
                 return (rate > 0 or not self.discrete) and self._search(rate).serves(at)
 
             if serves(best):

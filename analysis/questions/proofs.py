@@ -381,6 +381,7 @@ def open_parts(asked: Problem) -> None:
         searches.append(partial(search.serves, laws, (Fraction(bounds.lower), upper)))
 
     def widest(box: Box) -> int:
+        """The parameter of which the box holds the largest share."""
         return max(range(len(box)), key=lambda j: (box[j][1] - box[j][0]) / (family.box[j][1] - family.box[j][0]))
 
     if family.order_changes:

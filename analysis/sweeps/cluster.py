@@ -86,7 +86,7 @@ class Cluster:
                 future.set_exception(BrokenProcessPool(str(error)))
             except (CancelledError, CommClosedError, OSError, TimeoutError):
                 future.set_exception(InputError(self._gone))
-            except BaseException as error:
+            except BaseException as error:  # whatever the work raised, KeyboardInterrupt too, is what its future holds
                 future.set_exception(error)
 
         task.add_done_callback(over)

@@ -174,6 +174,7 @@ def _largest(question: Literal["sector", "slope"]) -> Ask:
     """The largest sector or slope bound; with several channels the largest factor of the upper bounds."""
 
     def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
+        """The row of the largest sector or slope."""
         from lure.analysis.questions.answers import answer, largest_plant, max_sector, max_slope
         from lure.analysis.questions.problem import Problem
 
@@ -243,6 +244,7 @@ def _both_ways(question: Literal["l2_gain", "decay_rate"], name: str) -> Ask:
     """A question whose answer is a bracket: a gain or a rate."""
 
     def found(system: LoopSystem, seconds: float | None, *, plain: bool) -> Answered:
+        """The row of a gain or a rate."""
         bound = getattr(questions, question)(system, seconds=seconds)
         bracket = getattr(bound, name)
         row = {

@@ -333,6 +333,7 @@ def _begin() -> None:
     assert parent is not None, "it has been started by one"
 
     def watch() -> None:
+        """End this process as soon as its parent has ended."""
         parent.join()
         os._exit(1)
 
@@ -412,6 +413,7 @@ def _interrupts() -> Iterator[threading.Event]:
         return
 
     def interrupt(*_given: object) -> None:
+        """Remember that the user interrupted, and pass it on."""
         seen.set()
         raise KeyboardInterrupt
 

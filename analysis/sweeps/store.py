@@ -319,7 +319,7 @@ class Store:
             except FileNotFoundError:  # the first one there
                 target.parent.mkdir(parents=True, exist_ok=True)
                 aside.replace(target)
-        except BaseException:
+        except BaseException:  # also where the user interrupts: no part of a file stays behind
             aside.unlink(missing_ok=True)
             raise
 

@@ -249,6 +249,7 @@ class _Wave:
 
     @classmethod
     def of(cls, terms: list[tuple[int, Fraction, Fraction]]) -> _Wave:
+        """From multiples of a frequency and their two coefficients."""
         balls = tuple((n, ball(x), ball(y)) for n, x, y in terms)
         bend = sum((n * n * (x * x + y * y).sqrt() for n, x, y in balls), arb(0))
         return cls(balls, sum((x for _, x, _ in balls), arb(0)), bend.upper())

@@ -270,6 +270,7 @@ class Form:
         ratio, T = self.width / width, len(self.rows) // 2
 
         def entry(i: int, j: int) -> Fraction:
+            """The entry of the symmetric form."""
             return self.rows[max(i, j)][min(i, j)]
 
         uu = [[entry(i, j) for j in range(T)] for i in range(T)]

@@ -161,6 +161,7 @@ def _positive(wanted: str) -> BeforeValidator:
     """What takes a positive number; ``wanted`` stands in the sentence of a refusal."""
 
     def found(value: object, info: ValidationInfo) -> Fraction:
+        """The exact number, refused unless it is positive."""
         number = _exact(value, field_key(info))
         if number <= 0:
             raise InputError(f"{field_key(info)} is {float(number):g}; give {wanted}")
@@ -173,6 +174,7 @@ def _given(accepts: Callable[[Any], bool], wanted: str) -> BeforeValidator:
     """What takes a value as it is, if it is accepted; ``wanted`` stands in the sentence of a refusal."""
 
     def found(value: object, info: ValidationInfo) -> object:
+        """The value, refused unless it is accepted."""
         if not accepts(value):
             raise InputError(f"{field_key(info)} is {shown(value)}; give {wanted}")
         return value

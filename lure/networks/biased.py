@@ -243,6 +243,7 @@ def _slopes(H: MultivariablePlant, phi: Sequence[Nonlinearity], sigma: Sequence[
     k = [_values(one, v)[1] for one, v in zip(phi, sigma, strict=True)]
 
     def number(v: Fraction) -> arb:
+        """The number as a ball."""
         return arb(fmpq(v.numerator, v.denominator))
 
     still = int(H.dt is not None)
@@ -268,6 +269,7 @@ def _values(phi: Nonlinearity, sigma: arb) -> tuple[arb, arb]:
     from flint import arb, fmpq
 
     def number(v: Fraction) -> arb:
+        """The number as a ball."""
         return arb(fmpq(v.numerator, v.denominator))
 
     if isinstance(phi, Tanh):

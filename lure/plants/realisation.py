@@ -129,6 +129,7 @@ def names_of(system: control.StateSpace) -> Names:
     """
 
     def listed(labels: Sequence[object]) -> list[str]:
+        """The labels as text."""
         return [str(label) for label in labels]
 
     inputs, outputs = listed(system.input_labels), listed(system.output_labels)

@@ -121,6 +121,7 @@ def read(path):
 
 
 def test_the_schema_is_a_schema():
+    assert jsonschema.validators.validator_for(SCHEMA, default=None) is jsonschema.Draft202012Validator
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
 
