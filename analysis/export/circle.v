@@ -2,7 +2,6 @@
 
 Definition cpoly := (list Z * list Z)%type.
 Definition cev (P : cpoly) (w : R) : C := (peval (fst P) w, peval (snd P) w).
-Fixpoint pmul (p q : list Z) : list Z := match p with a :: p' => add (scale a q) (0%Z :: pmul p' q) | [] => [] end.
 Definition cp_add (P S : cpoly) : cpoly := (add (fst P) (fst S), add (snd P) (snd S)).
 Definition cp_mul (P S : cpoly) : cpoly :=
   (add (pmul (fst P) (fst S)) (scale (-1) (pmul (snd P) (snd S))), add (pmul (fst P) (snd S)) (pmul (snd P) (fst S))).
@@ -14,11 +13,6 @@ Definition bottom_ : cpoly := ([1; 0; 1], [])%Z.
 (* z^i times Q^m *)
 Definition cp_z (m i : nat) : cpoly := cp_mul (cp_pow top i) (cp_pow bottom_ (m - i)).
 
-Lemma peval_mul : forall p q x, peval (pmul p q) x = peval p x * peval q x.
-Proof.
-  induction p as [|a p IH]; intros q x; cbn [pmul peval]; [ring|].
-  rewrite peval_add, peval_scale; cbn [peval]; rewrite IH; ring.
-Qed.
 Lemma cev_add : forall P S w, cev (cp_add P S) w = cadd (cev P w) (cev S w).
 Proof. intros [a b] [c d] w; unfold cev, cp_add, cadd; cbn [fst snd]; now rewrite !peval_add. Qed.
 Lemma cev_mul : forall P S w, cev (cp_mul P S) w = cmul (cev P w) (cev S w).

@@ -80,8 +80,8 @@ def coq_text(shown: Checked) -> str:
         return beside_text(data, shown.claim)
     if data["proof"]["method"] == "powers":
         return powers_text(data, shown.claim)
-    relying = data["theorem"] in THEOREMS and data["proof"]["method"] == "polynomial"
-    if relying:
+    covered = data["proof"]["method"] == "cover" and data["system"]["kind"] == "transfer"
+    if data["theorem"] in THEOREMS and (covered or data["proof"]["method"] == "polynomial"):
         return relying_text(data, shown.claim)
     return (through_text if _has_feedthrough(data) else falling_text)(data, shown.claim)
 

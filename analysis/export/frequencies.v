@@ -78,6 +78,7 @@ Fixpoint shift (p : list Z) : list Z :=
 (* b^n p(x a / b) *)
 Fixpoint stretch (a : Z) (p : list Z) (power : Z) : list Z :=
   match p with c :: p' => (c * power)%Z :: stretch a p' (power * a) | [] => [] end.
+Fixpoint pmul (p q : list Z) : list Z := match p with a :: p' => add (scale a q) (0%Z :: pmul p' q) | [] => [] end.
 Inductive tree := Signs | Split (a b : Z) (below beyond : tree).
 Fixpoint positive (p : list Z) (t : tree) : bool :=
   match t with
@@ -98,6 +99,11 @@ Lemma peval_shift : forall p x, peval (shift p) x = peval p (x + 1).
 Proof.
   induction p as [|a p IH]; intro x; [reflexivity|].
   cbn [shift]; rewrite peval_add; cbn [peval]; rewrite IH; ring.
+Qed.
+Lemma peval_mul : forall p q x, peval (pmul p q) x = peval p x * peval q x.
+Proof.
+  induction p as [|a p IH]; intros q x; cbn [pmul peval]; [ring|].
+  rewrite peval_add, peval_scale; cbn [peval]; rewrite IH; ring.
 Qed.
 Lemma peval_stretch : forall a p power x, peval (stretch a p power) x = IZR power * peval p (IZR a * x).
 Proof.
@@ -213,12 +219,22 @@ Fixpoint kernels (hs : list kernel) (w : R) : C :=
 Definition rates (hs : list kernel) : Prop := Forall (fun h => match h with (_, a, _, _) => 0 < a end) hs.
 Definition mass (cs : list R) : R := fold_right (fun c m => Rabs c + m) 0 cs.
 Definition zames_falb (theta : R) (hs : list kernel) (w : R) : C := cadd (1, theta * w) (kernels hs w).
-Definition zames_falb_theorem : Prop := forall num den l k theta hs phi xi,
+Definition zames_falb_for {K : Type} (M : R -> list K -> R -> C) (weight : K -> R) (rates : list K -> Prop) : Prop :=
+  forall num den l k theta hs phi xi,
   proper num den l -> (length num < length den)%nat \/ theta = 0 -> l < k -> mass (map weight hs) <= 1 -> rates hs ->
-  in_left_half_plane (closed num den l) ->
-  over_frequencies axis (with_multiplier (zames_falb theta hs)) num den l k ->
+  in_left_half_plane (closed num den l) -> over_frequencies axis (with_multiplier (M theta hs)) num den l k ->
   phi 0 = 0 -> slopes_in l k phi -> (Forall (fun h => 0 <= weight h) hs \/ odd phi) ->
   flow_of num den phi xi -> all_tend_to_0 den xi.
+Definition zames_falb_theorem : Prop := zames_falb_for zames_falb weight rates.
+
+(* 1 + theta s - sum c e^(- tau s): kernels that are delays, of either sign. *)
+Fixpoint delays (hs : list (R * R)) (w : R) : C :=
+  match hs with
+  | (c, tau) :: r => cadd (cmul (real (- c)) (cos (tau * w), - sin (tau * w))) (delays r w)
+  | [] => (0, 0)
+  end.
+Definition zames_falb_delays (theta : R) (hs : list (R * R)) (w : R) : C := cadd (1, theta * w) (delays hs w).
+Definition zames_falb_theorem_for_delays : Prop := zames_falb_for zames_falb_delays fst (fun _ => True).
 
 (* 1 - sum c z^-i, or z^i: taps. *)
 Definition tap : Type := (R * nat * bool)%type.

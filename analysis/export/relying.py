@@ -17,6 +17,7 @@ from lure.analysis.certificates.riccati import Lyapunov
 from lure.analysis.certificates.states import Family, classes
 from lure.analysis.export.circle import FINEST, Circle, tree
 from lure.analysis.export.quadratic import bilinear, nonnegative, rounded, semidefinite, whole
+from lure.analysis.export.waves import GRID, Waves
 from lure.analysis.export.words import folded, integers, refused, whole_file
 from lure.analysis.export.words import number as written
 from lure.arrays import np
@@ -68,7 +69,11 @@ class _Relying:
             raise refused("its class has infinite bounds, or nonlinearities that jump; certify one with finite bounds")
         if not 0 < self.order <= MOST_ORDER:
             raise refused(f"its plant has the order {self.order}, not within 1 and {MOST_ORDER}")
-        reach = sum(k.get("order", 0) for k in self.given.get("kernels", []))
+        kernels = self.given.get("kernels", [])
+        self.delayed = any("delay" in one for one in kernels)
+        if self.delayed and not all("delay" in one for one in kernels):
+            raise refused("its multiplier has kernels that are delays and others")
+        reach = sum(k.get("order", 0) for k in kernels)
         if self.order + reach > MOST_REACH:
             raise refused(f"order and kernels of its multiplier add up to {self.order + reach}, above {MOST_REACH}")
         stepped = (
@@ -90,13 +95,14 @@ class _Relying:
         lists += self.cones()
         lines = [*lists, *self.witness(), f"Lemma poles : {poles}.", *self.poles(), ""]
         shown = self.on_circle if self.discrete and self.name in ("zames-falb", "order-cone") else self.frequencies
-        proof = shown()
+        proof = (self.by_intervals if self.delayed else shown)()
         lines += self.before
         lines += [f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *proof]
         kind = "nat -> R" if self.discrete else "nat -> R -> R"
         loop, end = ("steps_of", "Un_cv xi 0") if self.discrete else ("flow_of", "all_tend_to_0 den xi")
         class_ = self.classes()
         theorem = THEOREMS[self.name] + "_in_steps" * (self.name == "zames-falb" and self.discrete)
+        theorem += "_for_delays" * self.delayed
         lines += ["", f"Theorem stable : {theorem} -> forall (phi : R -> R) (xi : {kind}),"]
         lines += [f"  {' -> '.join(class_)} -> {loop} num den phi xi -> {end}.", "Proof."]
         names = [f"class{i}" for i in range(len(class_))]
@@ -108,8 +114,8 @@ class _Relying:
         lines += ["    try assumption; unfold proper, num, den, rates, mass; simpl; repeat split; try lra; try lia."]
         lines += [*self.rest(), "Qed."]
         first = "\n".join(lines).split("\n\nTheorem", 1)
-        origin = f"{self.name}, polynomial"
-        libraries = ["forms.v", "flow.v", "frequencies.v"]
+        origin = f"{self.name}, {self.data['proof']['method']}"
+        libraries = ["forms.v", "flow.v", "frequencies.v", *["pieces.v", "waves.v"] * self.delayed]
         libraries += ["cones.v", "orders.v", "circle.v"] * (self.discrete and self.name in ("zames-falb", "order-cone"))
         return whole_file(claim, origin, libraries, [first[0], "Theorem" + first[1]])
 
@@ -149,8 +155,11 @@ class _Relying:
                 return [listed]
             M, q = window_of(self.given["window"])
             return [written(q), "M", f"{len(M) // 2}%nat", listed]
-        if any("delay" in one for one in self.given["kernels"]):
-            raise refused("its multiplier has a kernel that is a delay")
+        if self.delayed:
+            pairs = (
+                f"({written(number(k['coefficient']))}, {written(number(k['delay']))})" for k in self.given["kernels"]
+            )
+            return [written(number(self.given["theta"])), f"[{'; '.join(pairs)}]"]
         found = [(number(k["coefficient"]), number(k["rate"]), k["order"], k["side"]) for k in self.given["kernels"]]
         words = (f"({written(c)}, {written(a)}, {n}%nat, {str(side == 'causal').lower()})" for c, a, n, side in found)
         return [written(number(self.given["theta"])), f"[{'; '.join(words)}]"]
@@ -162,7 +171,7 @@ class _Relying:
         if self.name in ("off-axis-circle", "park"):
             return f"(with_multiplier ({'park' if self.name == 'park' else 'off_axis'} {words}))"
         if self.name == "zames-falb":
-            return f"(with_multiplier (zames_falb{'_steps' * self.discrete} {words}))"
+            return f"(with_multiplier (zames_falb{'_steps' * self.discrete}{'_delays' * self.delayed} {words}))"
         return f"({self.name.replace('-', '_')} {words})"
 
     def classes(self) -> list[str]:
@@ -294,6 +303,42 @@ class _Relying:
         lines.append("  { left; apply Rdiv_lt_0_compat; [exact p|apply Rmult_lt_0_compat; [lra|exact B]]. }")
         lines.append(f"  {opened}; {cbn}.")
         lines.append("  field; repeat split; simpl; nra.")
+        return [*lines, "Qed."]
+
+    def by_intervals(self) -> list[str]:
+        """The same beside delays, on intervals and beyond."""
+        F, p, square = self._form()
+        for power in range(16, FINEST, 16):
+            room = Fraction(1, 1 << power)
+            found = Waves.of(F + real(-room) * p * square)
+            if (witness := found.found()) is not None:
+                break
+        else:
+            raise refused("its inequality leaves no room that can be told")
+        self.before = [*found.definitions(*witness)]
+        factor = found.factor * Fraction(p.part()[0])
+        lines = [
+            "Proof.",
+            f"  exists {written(room)}; split; [lra|]; intros w Hw.",
+            f"  pose proof (everywhere_sound _ {found.q} _ _ _ _ 0 ltac:(lra) inside ({GRID} * w) ltac:(lra)) as B.",
+            "  unfold still, waves_ in B; cbn [waves peval] in B.",
+        ]
+        for (k, *_), tau in zip(found.terms, found.delays, strict=True):
+            lines.append(f"  replace ({k} / {found.q} * ({GRID} * w)) with ({written(tau)} * w) in B by field.")
+        lines.append("  apply Rminus_le; apply Ropp_le_cancel; rewrite Ropp_0.")
+        lines.append(
+            "  unfold over_frequencies, with_multiplier, zames_falb_delays, closed, poly, square, axis, num, den."
+        )
+        lines.append("  cbn [delays cmul cadd conj_ real re horner fst snd].")
+        for tau in sorted({number(k["delay"]) for k in self.given["kernels"]}):
+            if tau < 0:
+                lines.append(f"  replace ({written(tau)} * w) with (- ({written(-tau)} * w)) by field.")
+        lines += [
+            "  rewrite ?cos_neg, ?sin_neg; match type of B with 0 <= ?b =>",
+            f"    match goal with |- 0 <= ?g => replace g with (/ {written(factor)} * b) end end.",
+            "  { apply Rmult_le_pos; [lra|exact B]. }",
+            "  field.",
+        ]
         return [*lines, "Qed."]
 
     def on_circle(self) -> list[str]:

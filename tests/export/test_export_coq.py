@@ -1,6 +1,7 @@
 """Certificates as files for Coq: true ones compile, falsified ones do not."""
 
 import json
+import math
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -11,6 +12,7 @@ from replayed import KEPT, LOOP, changed, compiled, needs_coq, proved, resting_o
 
 from lure import RationalPlant
 from lure.analysis import analyse, certify
+from lure.analysis.certificates import arithmetic as exact
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.matrix import matrix_draft
@@ -19,6 +21,7 @@ from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
 from lure.analysis.export.quadratic import definite, matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
+from lure.analysis.export.waves import ONE, Waves, angle
 from lure.errors import InputError
 from lure.files.builtin import builtin_loop, loop_names
 from lure.plants.state_space import StateSpace
@@ -289,6 +292,35 @@ def test_an_inequality_and_poles_compile_and_the_theorem_relied_on_is_named(libr
         assert not compiled(library, text.replace(right, wrong))[0]
 
 
+def test_angles_are_enclosed_and_waves_that_reach_the_rest_have_no_intervals():
+    for p, q in ((0, 1), (1, 3), (355, 113), (1000, 7)):
+        c, s, off = angle(p, q)
+        assert off < ONE >> 40
+        assert (c / ONE, s / ONE) == pytest.approx((math.cos(p / q), math.sin(p / q)), abs=1e-11)
+    assert angle(10**4, 1) is None
+    for size, held in ((Fraction(99, 100), True), (Fraction(101, 100), False)):  # 1 - size cos(3 omega)
+        assert (
+            Waves.of(exact.real(1) + exact.Form({(Fraction(3), 0): (-size, Fraction(0))})).found() is not None
+        ) is held
+
+
+@needs_coq
+@pytest.mark.thorough
+def test_kernels_that_are_delays_compile_and_what_is_falsified_does_not(library):
+    text = coq_text(check(KEPT["zames-falb, dead time"]))
+    assert "Theorem stable : zames_falb_theorem_for_delays -> forall (phi : R -> R)" in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    kernel, widths = "[((1 / 8), (1 / 2))]", "widths : list Z := ["
+    for right, wrong in (
+        (kernel, "[((1 / 7), (1 / 2))]"),
+        (kernel, "[((1 / 8), (2 / 3))]"),
+        (widths, widths + "900000; "),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0]
+
+
 # dt-6 with the form of three samples and the plant of docs/theory/order-cones.md, beyond all Zames-Falb multipliers
 @needs_coq
 @pytest.mark.thorough
@@ -499,7 +531,7 @@ def test_parts_that_drive_others_compile_and_what_is_falsified_does_not(turned, 
 
 
 def test_what_has_no_export_is_refused_in_a_sentence():
-    for name, method in (("zames-falb", "cover"), ("hurwitz", "polynomial"), ("rod-energy", "structure")):
+    for name, method in (("popov", "cover"), ("hurwitz", "polynomial"), ("rod-energy", "structure")):
         (one, *_) = (c for c in KEPT.values() if (c["theorem"], c["proof"]["method"]) == (name, method))
         with pytest.raises(InputError, match="cannot be exported to Coq: "):
             coq_text(check(one))
