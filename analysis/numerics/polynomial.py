@@ -75,11 +75,6 @@ def root_sizes(p: fmpq_poly) -> list[float]:
     return [float(abs(root).mid()) for root in _refined(squarefree, lambda _root: True)]
 
 
-def real_root_count(p: fmpq_poly) -> int:
-    """Number of distinct real roots of ``p``, not the zero polynomial."""
-    return len(real_roots(p))
-
-
 def positive_root_count(p: fmpq_poly) -> int:
     """Number of distinct roots of ``p``, not the zero polynomial, in ``(0, inf)``."""
     if _one_sign(p):

@@ -337,17 +337,3 @@ def jumps(
             rows = [tuple(int(v) for v in ends[w]) for w in which]
             proof = {"squarings": squarings, "bits": bits} | ({} if discrete else {"times": texts(times)})
             yield Fraction(rate).limit_denominator(10**12), rows, proof
-
-
-def gains_of(certificate: Mapping[str, Any]) -> list[Fraction]:
-    """The constant gains of a refutation; none of another.
-
-    Parameters
-    ----------
-    certificate : Mapping
-        The certificate.
-    """
-    proof = certificate["proof"]
-    if proof["method"] not in ("linear-gain", "linear-gains"):
-        return []
-    return [Fraction(gain) for gain in proof.get("gains", [proof.get("gain")])]
