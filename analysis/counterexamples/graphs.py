@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 PIECES = 32  # to each side of 0
 _ROUNDS, _TRUST, _LEAST, _PRICE, _MOST_KINKS = 40, 0.05, 1e-4, 12.0, 5
+_POSED = 0.05
 _SEED, _DRAWN, _BEST, _DETUNED = 3, 100, 3, (0.05, 0.25)
 
 
@@ -138,6 +139,13 @@ class _Points:
         self.lower, self.upper = (np.array(at) * side[owners] for side in (balance.lower, balance.upper))
         self.bottom = balance.lower[:, None]
 
+    def well_posed(self, balance: Balance) -> tuple[Reals, Reals]:
+        """``M v <= r``: with these values ``1 + D slope`` keeps a share of what the lower bound has, of one channel."""
+        d, low = float(balance.D[0, 0]), float(balance.lower[0])
+        steps = np.eye(len(self.at)) - np.eye(len(self.at), k=-1)
+        kept = (1 - _POSED) * (1 + d * low) * self.at[0]
+        return (-d * steps, np.full(len(self.at), kept)) if d else (steps[:0], np.zeros(0))
+
 
 def best_graphs(
     balance: Balance, wave: Wave, price: float, near: tuple[Reals, float] | None = None, points: int = 0
@@ -180,10 +188,12 @@ def best_graphs(
     sizes = np.repeat(np.maximum(np.linalg.norm(flat, axis=2), 0.02).ravel(), 2)
     reach = trust * np.append(sizes, 0.1)[:steps]
     free = [(0.0, None)] * (1 + 2 * rows)
+    most = np.hstack([np.eye(n), np.zeros((n, steps)), -pieces.upper[:, None], np.zeros((n, 2 * rows))])
+    posed, rest = pieces.well_posed(balance) if isinstance(pieces, _Points) else (np.zeros((0, n)), np.zeros(0))
     found = optimize.linprog(
         np.concatenate([np.zeros(n + steps), [1.0], np.full(2 * rows, price)]),
-        A_ub=np.hstack([np.eye(n), np.zeros((n, steps)), -pieces.upper[:, None], np.zeros((n, 2 * rows))]),
-        b_ub=-pieces.lower,
+        A_ub=np.vstack([most, np.pad(posed, ((0, 0), (0, steps + 1 + 2 * rows)))]),
+        b_ub=np.concatenate([-pieces.lower, rest]),
         A_eq=np.vstack([equal, still]),
         b_eq=np.concatenate([wanted.real, wanted.imag, [0.0, 0.0]]),
         bounds=[(0.0, None)] * n + [(-size, size) for size in reach] + free,

@@ -411,7 +411,10 @@ def _shown(system: Realisation, found: Found, *, sloped: bool = True) -> Witness
     """The witness of a solution of one channel, if it is proved."""
     given, course = found.graphs.data[0], found.course
     points = [(Fraction(x), Fraction(w)) for x, w in given["points"]]
-    loop = PiecewiseLoop.of(system, Graph.through(points, Fraction(given["left"]), Fraction(given["right"])))
+    graph = Graph.through(points, Fraction(given["left"]), Fraction(given["right"]))
+    if any(1 + system.d * slope <= 0 for slope in graph.slopes):
+        return None  # sigma does not follow from the state
+    loop = PiecewiseLoop.of(system, graph)
     pieces, durations, state = (row[0] for row in found.pieces), tuple(course.durations), tuple(course.state)
     orbit = refined(loop, Itinerary(pieces=tuple(pieces), durations=durations, state=state, half=course.half))
     known = orbit is not None and proved(loop, orbit)

@@ -16,6 +16,7 @@ from lure.analysis.certificates.refutations import accepted_witness
 from lure.analysis.certificates.second import recheck
 from lure.analysis.counterexamples import graphs, oscillation
 from lure.analysis.counterexamples.balance import Balance, Wave
+from lure.analysis.counterexamples.channel_orbits import Course, Found, Graphs
 from lure.analysis.counterexamples.graphs import best_graphs
 from lure.analysis.counterexamples.linear import companion, realisation
 from lure.analysis.counterexamples.oscillation import oscillation_witness, sector_witness, wave_witness
@@ -147,6 +148,25 @@ def test_graphs_of_a_sector_oscillate_at_smaller_gains(monkeypatch):
     points = certificate["proof"]["points"]
     lower = [[x, str(F(w) * F(99, 100))] for x, w in points]
     assert_both_reject(edited(certificate, "proof", "points", value=lower))
+
+
+# Not bounded, the graph of the second of these waves has 1 + D slope = -.19, and with D = -.3 -.65: no loop at all,
+# and InputError ended the whole answer.
+@pytest.mark.parametrize(
+    ("n", "first", "end"), [(["0.1", "0.02", "1.6", "0.01", "0.1"], 20, 0), (["-0.3", "0", "1", "0", "-0.1"], 0, 20)]
+)
+def test_graphs_of_a_sector_keep_the_loop_well_posed(n, first, end):
+    system = companion(RationalPlant([F(v) for v in n], [1, F("0.2"), 6, F("0.1"), 1]))
+    A, b = np.array(system.A, dtype=float), np.array(system.b, dtype=float)[:, None]
+    c, D = np.array(system.c, dtype=float)[None], np.array([[float(system.d)]])
+    balance = Balance(A, b, c, D, np.zeros(1), np.ones(1), [range(1)], [True], (1, 3), [0])
+    wave = list(graphs._drawn(balance))[1]
+    values, at = best_graphs(balance, wave, 100.0, points=8).slopes, graphs._Points(balance, wave, 8).at
+    steps = 1 + D[0, 0] * np.diff(values, prepend=0.0) / at[0]
+    assert steps.min() == pytest.approx(0.05)
+    points = [(F(-2), -F(end)), (F(-1), -F(first)), (F(0), F(0)), (F(1), F(first)), (F(2), F(end))]
+    steep, nowhere = Graphs.through([(points, F(0), F(0))], [1]), Course([], [], [], half=True)
+    assert oscillation._shown(system, Found(F(1), steep, [], nowhere)) is None
 
 
 def test_up_to_order_three_there_is_nothing_to_be_found():
