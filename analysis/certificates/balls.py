@@ -190,7 +190,7 @@ class Model(NamedTuple):
     def __add__(self, other: Model) -> Model:  # type: ignore[override]  # no tuple of theirs
         return Model(added(self.u, other.u), added(self.v, other.v), self.off + other.off)
 
-    def __mul__(self, other: Model) -> Model:  # type: ignore[override]
+    def __mul__(self, other: Model) -> Model:  # type: ignore[override]  # as above
         (a, b, e), (c, d, f), left, right = self, other, self.most(), other.most()
         u = added(multiplied(a, c), [-x for x in multiplied(b, d)])
         v = added(multiplied(a, d), multiplied(b, c))

@@ -239,7 +239,7 @@ def read_operator(value: Mapping[str, object]) -> Nonlinearities:
     require(isinstance(operator, str) and operator in kinds, "the kind of operator is unknown")
     lower, upper = _bounds(found["sector"])
     finite = isinstance(upper, Fraction) and isinstance(lower, Fraction)
-    require(finite and (block or lower == -upper), "the norm of an operator has no bound")  # type: ignore[operator]
+    require(finite and (block or lower == -upper), "the norm of an operator has no bound")  # type: ignore[operator]  # finite is asked first
     bare = found["slope"] is None and not flag(found["odd"]) and not flag(found["linear"])
     require(bare and flag(found["time_varying"]) is kinds[str(operator)], "an operator has no other properties")
     rate = number(found["rate"]) if slow else None
