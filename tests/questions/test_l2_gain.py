@@ -214,6 +214,7 @@ def test_no_signal_gets_more_through_the_network():
     assert 2.7 < reached < network(2).gain.high
 
 
+@pytest.mark.slow
 def test_a_disturbance_of_the_network_is_followed_exactly_and_twice():
     found = network(2)
     assert 2.9 < found.gain.low < found.gain.high
