@@ -104,7 +104,7 @@ def test_late_parts_that_do_not_decay_count_with_their_phases(k, start, holds):
         "exp(-s/2)/(s + 1)",
         "exp(-0.3*s)/(s*(s + 1))",
         pytest.param("(1 + exp(-s))/(s + 2)^2", marks=pytest.mark.thorough),
-        "2/(s + 3) + exp(-2*s)/(s + 1)",
+        pytest.param("2/(s + 3) + exp(-2*s)/(s + 1)", marks=pytest.mark.slow),
     ],
 )
 def test_blocks_with_dead_time_are_certified_by_covers(text):

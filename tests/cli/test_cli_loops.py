@@ -425,7 +425,7 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind", seldom([*TEMPLATES, "contact"], "operator"))
+@pytest.mark.parametrize("kind", seldom([*TEMPLATES, "contact"], "operator", "disturbance"))
 def test_each_short_template_is_a_system_about_which_something_is_proved(lure, kind):
     said = f"{kind}.toml is written; edit it, then run: lure report {kind}.toml\n"
     assert lure("init", "--kind", kind) == (0, said, "")

@@ -294,6 +294,7 @@ def test_a_double_pole_at_the_rate_is_no_overflow(closer):
     assert taps.margin((1 + closer) / 2, 1) < 0
 
 
+@pytest.mark.slow
 def test_the_heavy_ball_cycles_at_kappa_100():
     found = decay_rate(methods.heavy_ball(1, 100), SlopeBounds(1, 100))
     assert found.verdict.name == "REFUTED"
