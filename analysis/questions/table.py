@@ -288,6 +288,7 @@ class LoopAnalysis(Record):
             "meaning": self.conclusion.meaning,
             "law_class": self.conclusion.nonlinearity_class,
             "membership": self.conclusion.membership,
+            "assumed": list(self.conclusion.assumed),
             "attracts": self.conclusion.attracts,
             "reason": self.reason,
             "code": None if self.code is None else self.code.identifier,

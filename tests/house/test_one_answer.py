@@ -145,6 +145,7 @@ def test_the_verdict_and_the_class_are_those_of_the_certificate_everywhere(name)
     assert conclusion["statement"].replace(" ", "") in loop.text.replace(" ", "")  # lines may end at a hyphen
     assert conclusion["statement"] in unescape(loop.found._repr_html_())
     assumed = conclusion["membership"] != "checked" or " for which " in conclusion["law_class"]
+    assert bool(conclusion["assumed"]) >= (" for which " in conclusion["law_class"])
     head = conclusion["headline" if assumed else "meaning"]
     assert plain(re.search(r"<h1.*?</h1>", loop.page, re.DOTALL)[0]).rstrip(".") == plain(head).rstrip(".")
     assert loop.data["system"]["class"] is None or near_class(loop.data["system"]["class"], loop.found.problem.given)

@@ -168,7 +168,10 @@ def balance_hints(about: Problem) -> tuple[str, ...]:
     return (f"the describing function suggests an oscillation of {listed}{more}; it neglects all harmonics",)
 
 
-_KEYS = "verdict evidence statement headline meaning law_class membership attracts reason code hints not_shown stopped"
+_KEYS = (
+    "verdict evidence statement headline meaning law_class membership assumed attracts reason code hints not_shown "
+    "stopped"
+)
 
 
 def transformation(about: Problem) -> tuple[str, ...]:

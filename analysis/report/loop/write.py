@@ -45,7 +45,7 @@ def own(data: Data) -> bool:
         data["system"]["law"] is not None
         and conclusion["verdict"] == "PROVED"
         and conclusion["membership"] == "checked"
-        and " for which " not in conclusion["law_class"]
+        and not conclusion["assumed"]
     )
 
 
