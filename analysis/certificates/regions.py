@@ -409,16 +409,16 @@ def by_signs(H: Plant, graphs: list[Graph], inner: bool, proof: Any) -> tuple[st
     step = [ZERO, Fraction(1)]
 
     def holds(a: Any, b: Any, strictly: bool) -> bool:
+        """``strictly``: whether every solution comes nearer to 0 between two ends; else, whether none does."""
         for left, right, p in f:
             x, y = max(a, left), min(b, right)
             if x < y:
                 sign = (1 if x >= 0 else -1) * (1 if strictly else -1)
-                if not H.discrete:
-                    fine = never_negative(more(p, [], -sign), x, y, True)
-                elif strictly:
-                    fine = all(never_negative(more(step, p, sign, turn), x, y, True) for turn in (1, -1))
+                if H.discrete:
+                    turned = (never_negative(more(step, p, sign, turn), x, y, strictly) for turn in (1, -1))
+                    fine = (all if strictly else any)(turned)
                 else:
-                    fine = any(never_negative(more(step, p, sign, turn), x, y) for turn in (1, -1))
+                    fine = never_negative(more(p, [], -sign), x, y, True)
                 if not fine:
                     return False
         return True

@@ -112,6 +112,10 @@ class _Pieces:
         self.lower, self.upper = balance.lower[owners], balance.upper[owners]
         self.bottom = balance.lower[:, None]
 
+    def well_posed(self, _balance: Balance) -> tuple[Reals, Reals]:
+        """No condition: the bounds of the slopes are those of the class."""
+        return np.zeros((0, len(self.lower))), np.zeros(0)
+
 
 class _Points:
     """Points of odd graphs, and what the value 1 at each alone adds to ``phi(sigma)``."""
@@ -189,7 +193,7 @@ def best_graphs(
     reach = trust * np.append(sizes, 0.1)[:steps]
     free = [(0.0, None)] * (1 + 2 * rows)
     most = np.hstack([np.eye(n), np.zeros((n, steps)), -pieces.upper[:, None], np.zeros((n, 2 * rows))])
-    posed, rest = pieces.well_posed(balance) if isinstance(pieces, _Points) else (np.zeros((0, n)), np.zeros(0))
+    posed, rest = pieces.well_posed(balance)
     found = optimize.linprog(
         np.concatenate([np.zeros(n + steps), [1.0], np.full(2 * rows, price)]),
         A_ub=np.vstack([most, np.pad(posed, ((0, 0), (0, steps + 1 + 2 * rows)))]),

@@ -59,10 +59,8 @@ def coq_text(shown: Checked) -> str:
             return pacing_text(data, shown.claim)
         if method == "linear-members" or "unlimited" in data["proof"]:
             return driven_text(data, shown.claim)
-        in_states = data["system"]["kind"] == "state-space"
-        written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(
-            METHODS, members_text if in_states else _constant
-        )
+        constant = members_text if data["system"]["kind"] == "state-space" else _constant
+        written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(METHODS, constant)
         if method in ("switched-gain", "switched-gains"):
             discrete = data["system"].get("time") == "discrete"
             return (switched_text if discrete else jumping_text)(data, shown.claim)

@@ -101,6 +101,7 @@ class _Everywhere(Region):
         size = [*bilinear(f.P, f.now, f.now), (1, sight, sight), (1, psi, psi)]
 
         def enough(side: list[Term], square: list[int]) -> int:
+            """The first power of 2 times a form that is above a square."""
             for power in range(MOST_SCALE):
                 if nonnegative([*((c << power, u, v) for c, u, v in side), (-1, square, square)], f.size):
                     return int(1 << power)
@@ -141,6 +142,7 @@ class _Everywhere(Region):
         parts = [*((None, b, self.place(b)) for b in cuts), (None, None, len(one.cuts))]
 
         def branch(_a: object, b: Fraction | None, k: int) -> list[str]:
+            """The proof between two cuts."""
             side = "left" if b is not None and b <= 0 else "right"
             return [f"rewrite {one.on(k, 'y')}; {step(side)}."]
 

@@ -71,6 +71,7 @@ class Known:
         """That it lies in a sector on an interval."""
 
         def branch(a: Fraction, b: Fraction, k: int) -> list[str]:
+            """The proof between two cuts."""
             sides = [[0, *self.pieces[k]], [0, 0, low]], [[0, 0, high], [0, *self.pieces[k]]]
             shown = [_never_negative(added(p, q, -1), a, b, side) for side, (p, q) in zip("AB", sides, strict=True)]
             return [f"rewrite {self.on(k, 'y')}.", *shown, "cbn [peval] in A, B; split; lra."]
@@ -99,6 +100,7 @@ class Known:
         P, inner = f"{self.name} y", f"{number(e)} * y + r"
 
         def branch(_a: object, _b: object, k: int) -> list[str]:
+            """The proof between two cuts."""
             lines = [f"rewrite {self.on(k, 'y')}."]
             if k == 1:
                 zero = f"{number(u)} * y - ({written(self.pieces[1], 'y')})"
@@ -149,6 +151,7 @@ class Known:
                 total = _value(Q, at)
 
         def branch(a: Fraction, b: Fraction, k: int) -> list[str]:
+            """The proof between two cuts."""
             q, common = found[a, b, k]
             room = added([Fraction(2 * sign * v, common) for v in q], [0, 0, least], -sign)
             return [

@@ -134,6 +134,7 @@ class _Interval:
         inner = sorted(x for x in ends if self.low < x < self.high)
 
         def branch(a: Fraction | None, b: Fraction | None, _k: int) -> list[str]:
+            """The proof between two cuts."""
             left, right = (end if abs(end) != INF else None for end in (self.low, self.high))
             left, right = left if a is None else a, right if b is None else b
             if left is None or right is None:  # beyond the last cut on one side
@@ -159,6 +160,7 @@ def _continuous(one: Known) -> list[str]:
     """That a function between cuts is continuous."""
 
     def rest(k: int) -> str:
+        """The function from the cut ``k`` on."""
         if k == len(one.cuts):
             return written(one.pieces[k])
         return f"if Rle_dec s {number(one.cuts[k])} then {written(one.pieces[k])} else {rest(k + 1)}"

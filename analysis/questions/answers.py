@@ -76,8 +76,8 @@ def max_sector(  # noqa: PLR0913  (a block, classes and six settings with defaul
     time_varying : bool
         Whether ``phi`` may depend on time.
     search : {"linear", "full"}
-        Where to look for destabilising members: among linear gains, or among all kinds known (seconds), as long as
-        a gap is left.
+        Where to look for destabilising members: among linear gains, or among all kinds known (seconds to half a
+        minute), as long as a gap is left.
     seconds : float or None
         Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
     progress : callable, optional
@@ -153,8 +153,8 @@ def max_slope(  # noqa: PLR0913  (a block, classes and six settings with default
     lower : int, float, Fraction or Decimal
         Lower end of the slope.
     search : {"linear", "full"}
-        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds), as long as
-        a gap is left.
+        Where to look for destabilising members: among linear gains, or for periodic orbits too (seconds to half a
+        minute), as long as a gap is left.
     seconds : float or None
         Time allowed; when it is over the best answer so far is returned, with ``stopped = "time"``.
     progress : callable, optional

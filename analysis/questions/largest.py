@@ -82,7 +82,7 @@ class StabilityBound(Record):
     critical: bool = quantity(
         "Whether the loop with the gain ``lower`` has a pole at 0 (``z = 1``): then boundedness is proved for "
         "time-varying nonlinearities (beside dead times what is said of the others too), convergence to the set of "
-        "equilibria for the others; else that 0 attracts every motion"
+        "equilibria for the others; else that 0 attracts every solution"
     )
     proviso: str = quantity("What the theorem assumes of the nonlinearities beyond their class; empty if nothing")
     largest: Bracket = quantity(

@@ -492,6 +492,7 @@ def _arriving(loop: _Loop, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
         return None
 
     def over(side: Balls) -> acb_mat:
+        """These numerators over ``d``."""
         return acb_mat([[_value(f, acb(u)) / below for f in row] for row in side])
 
     return [(over(loop.N), over(loop.turned)), *((over(part), over(moved)) for _, part, moved in loop.late)]

@@ -107,6 +107,7 @@ def within_bounds(document: Document) -> list[Document]:
     more = {"cells": found["cells"]} if "cells" in found else {}
 
     def rod(point: Sequence[Fraction]) -> dict[str, object]:
+        """The rod with these parameters."""
         return {"kind": FAMILIES[kind], **dict(zip(names, map(str, point), strict=True)), **more}
 
     if document.verdict == "PROVED":
