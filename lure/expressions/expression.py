@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
@@ -17,6 +16,7 @@ from lure.errors import InputError
 from lure.expressions import rigorous as balls
 from lure.expressions.parser import FUNCTIONS, KEYWORDS, parse
 from lure.expressions.tree import ZERO, Apply, Node, Number, decimal, depth, derivative, names, render, size, switches
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from flint import arb
@@ -114,7 +114,7 @@ _MAX_DERIVED_SIZE = 20_000
 _MAX_DERIVED_DEPTH = 200
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Expression:
     r"""A formula in named variables, safe to take from a file; make one with :meth:`parse`.
 
@@ -124,15 +124,6 @@ class Expression:
     constants of size at most 32.  Conditions are not numbers: ``(t < 1)*t`` is refused, ``where(t < 1, t, 0)`` is not.
 
     Two expressions are equal if their text and their variables are; ``t + t`` and ``2*t`` are not.
-
-    Parameters
-    ----------
-    source : str
-        The text, without blanks around it.
-    variables : tuple of str
-        Names the text may use, e.g. ``("t", "x")``.
-    tree : Node
-        What the text means; :meth:`parse` and :meth:`derivative` supply it.
 
     Examples
     --------
@@ -145,9 +136,9 @@ class Expression:
     where(t < 1, 0.5, 0)
     """
 
-    source: str
-    variables: tuple[str, ...]
-    tree: Node = field(repr=False, compare=False)
+    source: str = quantity("The text, without blanks around it")
+    variables: tuple[str, ...] = quantity('Names the text may use, e.g. ``("t", "x")``')
+    tree: Node = quantity("What the text means; :meth:`parse` and :meth:`derivative` supply it", hidden=True)
 
     @cached_property
     def _closure(self) -> Closure:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from lure.expressions.rigorous import enclosure, truth
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, Variable
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from flint import arb
@@ -79,31 +80,22 @@ _MAX_BITS = 4096
 _ZERO, _ONE = Fraction(0), Fraction(1)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Nature:
-    """What is visible of a formula, from what its variables lie between.
+    """What is visible of a formula, from what its variables lie between."""
 
-    Attributes
-    ----------
-    low, high : Fraction, or an infinity
-        The values lie in ``[low, high]``, wherever there are any.
-    low_open, high_open : bool
-        Whether the end is known not to be taken.
-    continuous : bool
-        Whether the formula is visibly continuous.
-    lipschitz : bool
-        Whether it is visibly locally Lipschitz: on every bounded set the difference quotients are bounded.
-    total : bool
-        Whether the formula visibly has a value everywhere; without that nothing is said but the bounds.
-    """
-
-    low: End
+    low: End = quantity("The values lie in ``[low, high]``, wherever there are any")
     high: End
-    low_open: bool = False
+    low_open: bool = quantity("Whether the end is known not to be taken", default=False)
     high_open: bool = False
-    continuous: bool = True
-    lipschitz: bool = True
-    total: bool = True
+    continuous: bool = quantity("Whether the formula is visibly continuous", default=True)
+    lipschitz: bool = quantity(
+        "Whether it is visibly locally Lipschitz: on every bounded set the difference quotients are bounded",
+        default=True,
+    )
+    total: bool = quantity(
+        "Whether the formula visibly has a value everywhere; without that nothing is said but the bounds", default=True
+    )
 
     @property
     def positive(self) -> bool:

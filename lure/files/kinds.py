@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lure.errors import InputError, closest
 from lure.files.values import shown
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
@@ -41,50 +41,22 @@ class Build(Protocol):
         """The system; ``title`` should the file have none, ``folder`` where the files lie that it names."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class FileKind:
-    """One kind of file, with the built-in systems of that kind; registered for the type of its systems.
+    """One kind of file, with the built-in systems of that kind; registered for the type of its systems."""
 
-    Attributes
-    ----------
-    word : str
-        What its systems are, in a word.
-    tables : Mapping of str to type
-        The model of each table; the first tells the kind.
-    model : type
-        The model of a whole file.
-    build : callable
-        The system of checked tables.
-    written : callable
-        The tables that mean a system.
-    names : callable
-        Names of the built-in systems.
-    builtin : callable
-        The built-in system of a name.
-    texts : tuple of str
-        Keys whose value is a text, whatever it looks like.
-    single : tuple of str
-        Keys outside the tables.
-    letters : Mapping of str to str
-        Symbols of the formulas and the keys they stand for.
-    free : str
-        The table that takes keys besides those of its model; empty if there is none.
-    beside : tuple of str
-        First tables of other kinds that stand in files of this one.
-    """
-
-    word: str
-    tables: Mapping[str, type[BaseModel]]
-    model: type[BaseModel]
-    build: Build
-    written: Callable[[Any], dict[str, object]]
-    names: Callable[[], Sequence[str]]
-    builtin: Callable[[str], NamedSystem]
-    texts: tuple[str, ...]
-    single: tuple[str, ...] = ("name",)
-    letters: Mapping[str, str] = field(default_factory=dict)
-    free: str = ""
-    beside: tuple[str, ...] = ()
+    word: str = quantity("What its systems are, in a word")
+    tables: Mapping[str, type[BaseModel]] = quantity("The model of each table; the first tells the kind")
+    model: type[BaseModel] = quantity("The model of a whole file")
+    build: Build = quantity("The system of checked tables")
+    written: Callable[[Any], dict[str, object]] = quantity("The tables that mean a system")
+    names: Callable[[], Sequence[str]] = quantity("Names of the built-in systems")
+    builtin: Callable[[str], NamedSystem] = quantity("The built-in system of a name")
+    texts: tuple[str, ...] = quantity("Keys whose value is a text, whatever it looks like")
+    single: tuple[str, ...] = quantity("Keys outside the tables", default=("name",))
+    letters: Mapping[str, str] = quantity("Symbols of the formulas and the keys they stand for", default_factory=dict)
+    free: str = quantity("The table that takes keys besides those of its model; empty if there is none", default="")
+    beside: tuple[str, ...] = quantity("First tables of other kinds that stand in files of this one", default=())
 
     @property
     def first(self) -> str:

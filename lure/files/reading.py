@@ -6,7 +6,6 @@ import re
 import stat
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -17,6 +16,7 @@ from lure.extensions import extensions
 from lure.files.kinds import FileKind, NamedSystem, refusal, unknown_key
 from lure.files.loop import PLANT_FILE
 from lure.files.values import exact_decimal, number_or_text, shown, shown_path
+from lure.record import described, quantity
 
 MAX_BYTES = 64 * 1024
 _MAX_DOTS = 1000
@@ -82,31 +82,17 @@ def find_system(reference: str, settings: Sequence[str] = ()) -> NamedSystem:
     return system_source(reference).changed(settings)
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class SystemSource:
-    """A system read once, of which many variants are asked.
+    """A system read once, of which many variants are asked."""
 
-    Attributes
-    ----------
-    kind : FileKind
-        The kind of its file.
-    tables : dict
-        The tables that mean it, unchanged.
-    name, title, source : str
-        As of the system.
-    folder : Path
-        Where the files lie that the tables name.
-    builtin : NamedSystem or None
-        The built-in system, if it is one.
-    """
-
-    kind: FileKind
-    tables: Tables
-    name: str
+    kind: FileKind = quantity("The kind of its file")
+    tables: Tables = quantity("The tables that mean it, unchanged")
+    name: str = quantity("Of the system, as are ``title`` and ``source``")
     title: str
     source: str
-    folder: Path = Path()
-    builtin: NamedSystem | None = None
+    folder: Path = quantity("Where the files lie that the tables name", default=Path())
+    builtin: NamedSystem | None = quantity("The built-in system, if it is one", default=None)
 
     def changed(self, settings: Sequence[str] = ()) -> NamedSystem:
         """The system with some values changed.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -24,31 +23,27 @@ from lure.nonlinearities.base import (
     positive,
 )
 from lure.nonlinearities.points_file import Points, points_from_csv
-from lure.record import quantity
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # Piecewise linear graphs through the origin: everything about them is exact and read off the points.
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Graph:
-    """A continuous piecewise linear function with ``phi(0) = 0``.
+    """A continuous piecewise linear function with ``phi(0) = 0``."""
 
-    Attributes
-    ----------
-    knots, values : tuple of Fraction
-        Points of the graph in ascending order, the origin among them.
-    slopes : tuple of Fraction
-        Slope left of the first knot, between the knots, right of the last: one more than there are knots.
-    rows : tuple of tuple of float
-        Rows for floats: the knots; then for each of the slopes the point of its segment nearest to 0, the value and the
-        primitive there, and the slope itself.
-    """
-
-    knots: tuple[Fraction, ...]
-    values: tuple[Fraction, ...]
-    slopes: tuple[Fraction, ...]
-    rows: tuple[tuple[float, ...], ...] = field(init=False, repr=False, compare=False)
+    knots: tuple[Fraction, ...] = quantity("Points of the graph in ascending order, the origin among them")
+    values: tuple[Fraction, ...] = quantity("Their values")
+    slopes: tuple[Fraction, ...] = quantity(
+        "Slope left of the first knot, between the knots, right of the last: one more than there are knots"
+    )
+    rows: tuple[tuple[float, ...], ...] = quantity(
+        "Rows for floats: the knots; then for each of the slopes the point of its segment nearest to 0, the value "
+        "and the primitive there, and the slope itself",
+        init=False,
+        hidden=True,
+    )
 
     @classmethod
     def through(cls, points: Sequence[tuple[Fraction, Fraction]], left: Fraction, right: Fraction) -> Graph:

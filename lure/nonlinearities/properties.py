@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from functools import partial
@@ -19,7 +19,7 @@ from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
 from lure.nonlinearities.piecewise_linear import DeadZone, Graph, LeakyReLU, PiecewiseLinear, ReLU, Saturation
 from lure.nonlinearities.shifted import MovedNonlinearity, ShiftedNonlinearity
-from lure.record import Page, plain
+from lure.record import Page, described, plain, quantity
 from lure.record.values import exact_text
 
 if TYPE_CHECKING:
@@ -216,48 +216,28 @@ class Provenance(Enum):
         return self.value
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Property(Generic[T]):
-    """A property with its provenance and, in one sentence, how it is known.
+    """A property with its provenance and, in one sentence, how it is known."""
 
-    Attributes
-    ----------
-    value : Sector, SlopeBounds, bool or str
-        The property.
-    provenance : Provenance
-        Whether it was checked, or is declared and believed.
-    how : str
-        How it is known.
-    """
-
-    value: T
-    provenance: Provenance
-    how: str
+    value: T = quantity("The property")
+    provenance: Provenance = quantity("Whether it was checked, or is declared and believed")
+    how: str = quantity("How it is known")
 
     def __str__(self) -> str:
         return f"{self.value} ({self.provenance}: {self.how})"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Properties:
-    """What is known of a nonlinearity.
+    """What is known of a nonlinearity."""
 
-    Attributes
-    ----------
-    sector : Property of Sector
-        Bounds on ``phi(sigma)/sigma``.
-    slope_bounds : Property of SlopeBounds or None
-        Bounds on the difference quotients; None where there are none, or none are known.
-    odd : Property of bool
-        False where the nonlinearity is not known to be odd.
-    regularity : Property of str
-        Continuity and smoothness in words; ``unknown`` where nothing is.
-    """
-
-    sector: Property[Sector]
-    slope_bounds: Property[SlopeBounds | None]
-    odd: Property[bool]
-    regularity: Property[str]
+    sector: Property[Sector] = quantity("Bounds on ``phi(sigma)/sigma``")
+    slope_bounds: Property[SlopeBounds | None] = quantity(
+        "Bounds on the difference quotients; None where there are none, or none are known"
+    )
+    odd: Property[bool] = quantity("False where the nonlinearity is not known to be odd")
+    regularity: Property[str] = quantity("Continuity and smoothness in words; ``unknown`` where nothing is")
 
 
 def properties(nonlinearity: Nonlinearity) -> Properties:

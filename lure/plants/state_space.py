@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -14,7 +13,7 @@ from lure.plants.block import frozen
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import sampling_period, time_text
 from lure.plants.realisation import Names, control_system
-from lure.record import Record, derived, quantity
+from lure.record import Record, derived, described, quantity
 
 if TYPE_CHECKING:
     import control
@@ -26,23 +25,15 @@ _LARGE = 1e100
 _NEGLIGIBLE = 1e-100  # below this share of the matrix a subdiagonal entry is zero
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@described(frozen=True, eq=False, slots=True)
 class ControllerForm:
-    r"""``A = S Q H Q^T S^{-1}`` and ``b = beta S Q e_1`` with ``S`` diagonal, ``Q`` orthogonal, ``H`` upper Hessenberg.
+    r"""``A = S Q H Q^T S^{-1}``, ``b = beta S Q e_1`` with ``S`` diagonal, ``Q`` orthogonal, ``H`` upper Hessenberg."""
 
-    Attributes
-    ----------
-    H : ndarray
-        (r, r), ``r <= n``: states past a vanishing subdiagonal entry cannot be reached from ``b`` and are left out.
-    basis : ndarray
-        (n, r), the leading columns of ``S Q``.
-    beta : float
-        Length of ``b`` in the balanced coordinates.
-    """
-
-    H: NDArray[np.float64]
-    basis: NDArray[np.float64]
-    beta: float
+    H: NDArray[np.float64] = quantity(
+        "(r, r), ``r <= n``: states past a vanishing subdiagonal entry cannot be reached from ``b`` and are left out"
+    )
+    basis: NDArray[np.float64] = quantity("(n, r), the leading columns of ``S Q``")
+    beta: float = quantity("Length of ``b`` in the balanced coordinates")
 
     @classmethod
     def of(cls, A: NDArray[np.float64], b: NDArray[np.float64]) -> ControllerForm:
