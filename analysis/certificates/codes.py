@@ -5,37 +5,25 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from lure.errors import AssumptionError, InputError, Reason
+from lure.record import described, quantity
 
 # Every way in which a question ends INCONCLUSIVE: what happened, what it means, what to try.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Code:
-    """One way in which a question ends without an answer.
+    """One way in which a question ends without an answer."""
 
-    Attributes
-    ----------
-    reason : Reason
-        Its name, ``LURE-I`` and three digits; it keeps its meaning for ever.
-    title : str
-        What happened, in a few words.
-    happened : str
-        What happened, in full sentences.
-    means : str
-        What it does and what it does not mean for the loop.
-    tries : tuple of str
-        What to try, each a sentence that ends in a command or names a change of the input.
-    """
-
-    reason: Reason
-    title: str
-    happened: str
-    means: str
-    tries: tuple[str, ...]
+    reason: Reason = quantity("Its name, ``LURE-I`` and three digits; it keeps its meaning for ever")
+    title: str = quantity("What happened, in a few words")
+    happened: str = quantity("What happened, in full sentences")
+    means: str = quantity("What it does and what it does not mean for the loop")
+    tries: tuple[str, ...] = quantity(
+        "What to try, each a sentence that ends in a command or names a change of the input"
+    )
 
     @property
     def identifier(self) -> str:

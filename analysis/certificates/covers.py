@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +16,7 @@ from lure.analysis.certificates.states import classes
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError, Reason
+from lure.record import described, quantity
 
 BITS = 256
 ORDER = 7
@@ -35,26 +35,18 @@ class Uncovered(AssumptionError):
         super().__init__(message, code=Reason.PRECISION)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class CoverTests:
-    """The tests of an inequality that the checker will repeat.
+    """The tests of an inequality that the checker will repeat."""
 
-    Attributes
-    ----------
-    reach : callable
-        A length ``h``, at most the one given, such that the inequality passes quickly on ``[a, a + h]``; may be tiny.
-    inside : callable
-        Whether the inequality passes on ``[a, b]``, by a test that takes longer.
-    beyond : callable
-        Whether it passes from ``a`` on.
-    delay : Fraction
-        The largest delay [s].
-    """
-
-    reach: Callable[[Fraction, Fraction], Fraction]
-    inside: Callable[[Fraction, Fraction], bool]
-    beyond: Callable[[Fraction], bool]
-    delay: Fraction
+    reach: Callable[[Fraction, Fraction], Fraction] = quantity(
+        "A length ``h``, at most the one given, such that the inequality passes quickly on ``[a, a + h]``; may be tiny"
+    )
+    inside: Callable[[Fraction, Fraction], bool] = quantity(
+        "Whether the inequality passes on ``[a, b]``, by a test that takes longer"
+    )
+    beyond: Callable[[Fraction], bool] = quantity("Whether it passes from ``a`` on")
+    delay: Fraction = quantity("The largest delay", "s")
 
 
 def cover(tests: CoverTests) -> list[list[str]]:

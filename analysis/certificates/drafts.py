@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, Protocol, TypeVar
@@ -30,29 +29,20 @@ from lure.analysis.numerics.polynomial import X, even_odd, from_descending, to_f
 from lure.analysis.wording import same_in
 from lure.classes import OPERATORS
 from lure.errors import AssumptionError, InputError
+from lure.record import described, quantity
 
 # Searches that may fail in any way, kept from taking the answer with them: an exception becomes a code.
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Failure:
-    """A search that showed nothing.
+    """A search that showed nothing."""
 
-    Attributes
-    ----------
-    search : str
-        Which one.
-    code : Code
-        How it ended.
-    detail : str
-        The sentence or the exception behind the code.
-    """
-
-    search: str
-    code: Code
-    detail: str
+    search: str = quantity("Which one")
+    code: Code = quantity("How it ended")
+    detail: str = quantity("The sentence or the exception behind the code")
 
     def __str__(self) -> str:
         return f"{self.search}: {self.code.title} ({self.code.identifier}): {self.detail}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -22,35 +22,24 @@ from lure.errors import AssumptionError
 from lure.plants.block import StructuredPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 Vector = list[Fraction]
 Matrix = list[Vector]
 MatrixBlock = RationalPlant | StateSpace | StructuredPlant
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Claim:
-    r"""``1/width + Re[(1 + i omega theta) H] > 0`` of the shifted loop, in the states in which the checker reads ``P``.
+    r"""``1/width + Re[(1 + i omega theta) H] > 0`` of the shifted loop, in the states of the checker's ``P``."""
 
-    Attributes
-    ----------
-    A, b, c, d : list of list of Fraction, list of Fraction, list of Fraction, Fraction
-        ``x' = A x + b mu``, ``sigma = c x + d mu``; in discrete time ``x[t+1] = ...``.
-    discrete : bool
-        Whether time is discrete.
-    width : Fraction or None
-        Width of the sector, positive; None for no upper end.
-    theta : Fraction
-        Popov's multiplier; 0 in discrete time.
-    """
-
-    A: Matrix
+    A: Matrix = quantity("``x' = A x + b mu``, ``sigma = c x + d mu``; in discrete time ``x[t+1] = ...``")
     b: Vector
     c: Vector
     d: Fraction
-    discrete: bool
-    width: Fraction | None
-    theta: Fraction
+    discrete: bool = quantity("Whether time is discrete")
+    width: Fraction | None = quantity("Width of the sector, positive; None for no upper end")
+    theta: Fraction = quantity("Popov's multiplier; 0 in discrete time")
 
 
 def matrix_draft(

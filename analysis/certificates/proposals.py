@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -23,6 +22,7 @@ from lure.plants.block import StructuredPlant
 from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 Numbers = Literal["rationals", "decimals as written", "doubles, exactly"]
 
@@ -32,20 +32,14 @@ FARTHER_DOWN = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 5e-4, 9e-4, 1e-2, 1e-1)
 LARGE = (10**12, 10**9, 10**6, 10**3)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Certified:
-    """A certificate that the checker accepted.
+    """A certificate that the checker accepted."""
 
-    Attributes
-    ----------
-    proved : Proved
-        What it proves; ``proved.certificate`` is the certificate.
-    upper : Fraction or {"finite", "inf"}
-        Upper end of the class certified: it can be below the one asked for, and the claim then has to be lowered.
-    """
-
-    proved: Proved
-    upper: Upper
+    proved: Proved = quantity("What it proves; ``proved.certificate`` is the certificate")
+    upper: Upper = quantity(
+        "Upper end of the class certified: it can be below the one asked for, and the claim then has to be lowered"
+    )
 
 
 def certified(

@@ -17,6 +17,7 @@ from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import NDArray, Reals, balanced, linalg, np
 from lure.errors import AssumptionError
+from lure.record import described, quantity
 
 # Lyapunov's equation in doubles, from one Schur form: steps of an iteration whose residuals have more digits.
 
@@ -77,41 +78,28 @@ SURE = 1e-9
 Triangle = list[list[int]]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Rounded:
-    """A symmetric matrix of dyadic numbers.
+    """A symmetric matrix of dyadic numbers."""
 
-    Attributes
-    ----------
-    rows : list of list of int
-        Rows of the lower triangle, in units of ``2^-exponent``.
-    exponent : int
-        ``e >= 0``.
-    sure : bool
-        Whether floating point leaves no reasonable doubt that it is a solution, which is not a proof.
-    """
-
-    rows: Triangle
-    exponent: int
-    sure: bool = False
+    rows: Triangle = quantity("Rows of the lower triangle, in units of ``2^-exponent``")
+    exponent: int = quantity("``e >= 0``")
+    sure: bool = quantity(
+        "Whether floating point leaves no reasonable doubt that it is a solution, which is not a proof", default=False
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Inequality:
     r"""``[[-(A'P + PA), q - Pb], [., r]] > 0`` for ``P``, with ``q = c + theta A'c``, in exact numbers.
 
     With ``x = (i omega - A)^{-1} b`` it says ``r + 2 Re q x > 0`` at every frequency, and that is also sufficient for
     a solution if ``A`` is Hurwitz.
-
-    Attributes
-    ----------
-    A, b, c, theta, r : list of list of Fraction, list of Fraction, list of Fraction, Fraction, Fraction
-        Shapes ``(n, n)``, ``(n,)``, ``(n,)`` and two numbers.
     """
 
-    A: list[list[Fraction]]
-    b: list[Fraction]
-    c: list[Fraction]
+    A: list[list[Fraction]] = quantity("(n, n)")
+    b: list[Fraction] = quantity("(n,)")
+    c: list[Fraction] = quantity("(n,)")
     theta: Fraction
     r: Fraction
 
@@ -133,26 +121,16 @@ class Inequality:
         return Scaled(A=even[:n, :n], b=even[:n, n], q=even[n, :n], r=float(self.r), units=units, doubt=doubt)
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Scaled:
-    """The inequality in doubles, ``x = units * x_scaled``: ``P = P_scaled / (units units')``.
+    """The inequality in doubles, ``x = units * x_scaled``: ``P = P_scaled / (units units')``."""
 
-    Attributes
-    ----------
-    A, b, q, r : ndarray, ndarray, ndarray, float
-        The data, scaled.
-    units : ndarray
-        Powers of two.
-    doubt : float
-        Far more than the rounding errors of ``q``.
-    """
-
-    A: NDArray[np.float64]
+    A: NDArray[np.float64] = quantity("The data, scaled, with ``b``, ``q`` and ``r``")
     b: NDArray[np.float64]
     q: NDArray[np.float64]
     r: float
-    units: NDArray[np.float64]
-    doubt: float
+    units: NDArray[np.float64] = quantity("Powers of two")
+    doubt: float = quantity("Far more than the rounding errors of ``q``")
 
     def solution(self, eps: float, delta: float) -> NDArray[np.float64] | None:
         """``P`` of the Riccati equation with ``eps I`` added and ``delta`` taken from ``r``; None if there is none."""
