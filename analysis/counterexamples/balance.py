@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain, islice
 from typing import NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import Complexes, Reals, np
+from lure.record import described, quantity
 
 SAMPLES = 128
 _CORRECTIONS, _DESCENTS, _SMALL, _FINE = 40, 60, 1e-6, 1e-9
@@ -53,39 +54,21 @@ class Wave(NamedTuple):
     sides: tuple[tuple[Side, Side], ...]
 
 
-@dataclass
+@described()
 class Balance:
-    """Harmonic balance for one plant and classes of slopes ``[l_i, alpha u_i]``.
+    """Harmonic balance for one plant and classes of slopes ``[l_i, alpha u_i]``."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower, upper : ndarray
-        (m,) bounds at ``alpha = 1``.
-    blocks : sequence of sequence of int
-        The channels of each nonlinearity.
-    odd : sequence of bool
-        For each nonlinearity whether its class is one of odd ones.
-    harmonics : tuple of int
-        Which are kept; odd ones alone for half waves.
-    kinks : sequence of int
-        How many each nonlinearity has to each side; none for a gain.
-    samples : int
-        Of a period.
-    """
-
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Reals
-    upper: Reals
-    blocks: Sequence[Sequence[int]]
-    odd: Sequence[bool]
-    harmonics: tuple[int, ...]
-    kinks: Sequence[int]
-    samples: int = SAMPLES
+    A: Reals = quantity("(n, n) [floating point]")
+    B: Reals = quantity("(n, m) [floating point]")
+    C: Reals = quantity("(m, n) [floating point]")
+    D: Reals = quantity("(m, m) [floating point]")
+    lower: Reals = quantity("(m,) lower bounds at ``alpha = 1``")
+    upper: Reals = quantity("(m,) upper bounds at ``alpha = 1``")
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity")
+    odd: Sequence[bool] = quantity("For each nonlinearity whether its class is one of odd ones")
+    harmonics: tuple[int, ...] = quantity("Which are kept; odd ones alone for half waves")
+    kinks: Sequence[int] = quantity("How many each nonlinearity has to each side; none for a gain")
+    samples: int = quantity("Of a period", default=SAMPLES)
 
     def __post_init__(self) -> None:
         phase = np.arange(self.samples) * (2 * math.pi / self.samples)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice, product
 from typing import Any, NamedTuple
@@ -12,6 +11,7 @@ from typing import Any, NamedTuple
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.zero_modes import Rows, exact
 from lure.arrays import NDArray, Reals, np, optimize
+from lure.record import described, quantity
 
 _ALL_VERTICES, _DRAWN, _SCALES, _POLISHED, _SEED = 6, 40, 90, 2, 20261122
 _STEPS, _TRIED, _NEAR, _ROUGHLY, _ENOUGH = 25, 8, 32, 5, 1e-9  # of the search that starts there
@@ -22,20 +22,14 @@ _MOST_CORNERS, _FARTHEST, _SHORT = 10, 1e12, 10**6  # nonlinearities, factors, d
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class GainsAround:
-    """A plant in floating point with linear gains around it.
+    """A plant in floating point with linear gains around it."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m).
-    """
-
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
+    A: NDArray[np.float64] = quantity("(n, n)")
+    B: NDArray[np.float64] = quantity("(n, m)")
+    C: NDArray[np.float64] = quantity("(m, n)")
+    D: NDArray[np.float64] = quantity("(m, m)")
 
     def closed_by(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
         """The matrices of the loop with ``mu = -g sigma``: (.., n, n); with huge entries where there is no solution.
@@ -53,29 +47,15 @@ class GainsAround:
         return np.asarray(self.A - self.B @ G @ seen)
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class GainSearch(GainsAround):
-    """Gains ``g_i = l_i + tau_i (alpha u_i - l_i)``, ``0 <= tau_i <= 1``, of the classes ``[l_i, alpha u_i]``.
+    """Gains ``g_i = l_i + tau_i (alpha u_i - l_i)``, ``0 <= tau_i <= 1``, of the classes ``[l_i, alpha u_i]``."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower, upper : ndarray
-        (m,) bounds at ``alpha = 1``.
-    blocks : sequence of sequences of int
-        The channels, counted from 0, that have equal gains.
-    discrete : bool
-        Whether in discrete time.
-    critical : bool
-        Whether the loop with the gains ``lower`` has an eigenvalue 0 (1).
-    """
-
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    blocks: Sequence[Sequence[int]]
-    discrete: bool
-    critical: bool = False
+    lower: NDArray[np.float64] = quantity("(m,) lower bounds at ``alpha = 1``")
+    upper: NDArray[np.float64] = quantity("(m,) upper bounds at ``alpha = 1``")
+    blocks: Sequence[Sequence[int]] = quantity("The channels, counted from 0, that have equal gains")
+    discrete: bool = quantity("Whether in discrete time")
+    critical: bool = quantity("Whether the loop with the gains ``lower`` has an eigenvalue 0 (1)", default=False)
 
     def growth(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
         """The largest real part of the eigenvalues, in discrete time the largest modulus less 1, for gains (.., m).
@@ -322,36 +302,20 @@ class Crossing(NamedTuple):
     omega: float
 
 
-@dataclass
+@described()
 class LateGains:
-    """The search for one plant.
+    """The search for one plant."""
 
-    Attributes
-    ----------
-    transfer : callable
-        ``H`` at points of the plane.
-    upper : ndarray
-        Upper bounds, all multiplied by the factor.
-    blocks : sequence of sequence of int
-        The channels that have one gain.
-    signed : sequence of bool
-        For each block whether its gains may be negative too, as those of operators.
-    poles : ndarray
-        Of the plant [1/s].
-    delay : float
-        The longest dead time [s].
-    base : ndarray
-        Gains of the class with which the loop is stable, but for poles at 0; others are added to these.  Channels in no
-        block have the gain 1.
-    """
-
-    transfer: Callable[[NDArray[np.complex128]], NDArray[np.complex128]]
-    upper: NDArray[np.float64]
-    blocks: Sequence[Sequence[int]]
-    signed: Sequence[bool]
-    poles: NDArray[np.complex128]
-    delay: float
-    base: NDArray[np.float64]
+    transfer: Callable[[NDArray[np.complex128]], NDArray[np.complex128]] = quantity("``H`` at points of the plane")
+    upper: NDArray[np.float64] = quantity("Upper bounds, all multiplied by the factor")
+    blocks: Sequence[Sequence[int]] = quantity("The channels that have one gain")
+    signed: Sequence[bool] = quantity("For each block whether its gains may be negative too, as those of operators")
+    poles: NDArray[np.complex128] = quantity("Of the plant", "1/s")
+    delay: float = quantity("The longest dead time", "s")
+    base: NDArray[np.float64] = quantity(
+        "Gains of the class with which the loop is stable, but for poles at 0; others are added to these.  Channels "
+        "in no block have the gain 1"
+    )
 
     def __post_init__(self) -> None:
         end = 10 * max(np.abs(self.poles).max(), 2 * math.pi / self.delay)

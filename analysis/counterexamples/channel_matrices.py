@@ -10,44 +10,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import Reals, np
+from lure.record import described, quantity
 
 _STARTS, _TURNS, _HALVINGS, _LARGEST, _SURE = 8, 30, 40, 1e6, 1e-9
 _MARGIN, _BITS = Fraction(1, 2**40), 2**52
 _STEPS = (1e-10, 1e-9, 1e-7, 1e-5, 1e-3)
 
 
-@dataclass
+@described()
 class MatrixGains:
-    """The search for one plant.
+    """The search for one plant."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower, upper : sequence of Fraction
-        Bounds at the factor 1.
-    blocks : sequence of sequence of int
-        The channels of each nonlinearity.
-    wide : sequence of sequence of int
-        Those of the blocks that are functions of all their channels.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Sequence[Fraction]
-    upper: Sequence[Fraction]
-    blocks: Sequence[Sequence[int]]
-    wide: Sequence[Sequence[int]]
-    discrete: bool
+    A: Reals = quantity("(n, n) [floating point]")
+    B: Reals = quantity("(n, m) [floating point]")
+    C: Reals = quantity("(m, n) [floating point]")
+    D: Reals = quantity("(m, m) [floating point]")
+    lower: Sequence[Fraction] = quantity("Lower bounds at the factor 1")
+    upper: Sequence[Fraction] = quantity("Upper bounds at the factor 1")
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity")
+    wide: Sequence[Sequence[int]] = quantity("Those of the blocks that are functions of all their channels")
+    discrete: bool = quantity("Whether in discrete time")
 
     def found(self, most: float) -> Iterator[tuple[Fraction, list[list[Fraction]]]]:
         """Factors and matrices of all channels that let a solution grow, the least factor that was found first.

@@ -22,6 +22,7 @@ from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.classes import Diagonal
 from lure.plants.channel_family import ChannelFamily
+from lure.record import described, quantity
 
 MOST_STATES, MOST_SAMPLES = 12, 400
 _STEPS, _MOST_STEPS, _KEPT, _ROUNDS, _MOST_SETS, _CLOSE = 8, 48, 2, 7, 4, 1e-3
@@ -58,27 +59,15 @@ class _Shape(NamedTuple):
 _Set = tuple[tuple[int, ...], tuple[int, ...]]  # the blocks that move, and the ends at which the others stay
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class RampedGains(GainsAround):
-    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``.
+    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``."""
 
-    Parameters
-    ----------
-    lower, upper : sequence of Fraction
-        Bounds at ``alpha = 1``.
-    rates : sequence of Fraction or None
-        For each block how fast its gain may change, None for one that stays.
-    blocks : sequence of range
-        The channels with one gain each.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    lower: Sequence[Fraction]
-    upper: Sequence[Fraction]
-    rates: Sequence[Fraction | None]
-    blocks: Sequence[range]
-    discrete: bool
+    lower: Sequence[Fraction] = quantity("Lower bounds at ``alpha = 1``")
+    upper: Sequence[Fraction] = quantity("Upper bounds at ``alpha = 1``")
+    rates: Sequence[Fraction | None] = quantity("For each block how fast its gain may change, None for one that stays")
+    blocks: Sequence[range] = quantity("The channels with one gain each")
+    discrete: bool = quantity("Whether in discrete time")
 
     def _sets(self) -> list[_Set]:
         """Which blocks move, together or one alone, and the end, 0 or 1, at which each of the others stays."""
@@ -358,20 +347,12 @@ class RampedParameters(RampedGains):
         return self.loops.closed(gains[:, : self.channels], gains[:, self.channels :])
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class MovingParameters:
-    """The search: parameters and gains that jump, and parameters that go at their rates beside gains that stay.
+    """The search: parameters and gains that jump, and parameters that go at their rates beside gains that stay."""
 
-    Attributes
-    ----------
-    family : ChannelFamily
-        The plants.
-    classes : Diagonal
-        The classes at the factor 1, with gains.
-    """
-
-    family: ChannelFamily
-    classes: Diagonal
+    family: ChannelFamily = quantity("The plants")
+    classes: Diagonal = quantity("The classes at the factor 1, with gains")
 
     @property
     def _paces(self) -> tuple[Fraction | float, ...]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, product
 from typing import Any, NamedTuple
@@ -34,6 +33,7 @@ from lure.analysis.inequality.zero_modes import exact
 from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.arrays import Complexes, Reals, np
 from lure.errors import InputError
+from lure.record import described, quantity
 
 _LONGEST, _MOST_SAMPLES, _ALL = 12, 36, 800
 _SUBSETS, _WAVES, _RISES, _CLIMBS = 7, 3, 30, 12
@@ -60,30 +60,18 @@ class _Best(NamedTuple):
     values: list[Reals]
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class SampledOrbits:
-    """The search for one loop.
+    """The search for one loop."""
 
-    Parameters
-    ----------
-    plant : Plant
-        Exactly.
-    lower, upper : sequence of Fraction
-        Bounds of the classes; the upper ones are multiplied by the factor.
-    blocks : sequence of sequence of int
-        The channels of each nonlinearity.
-    families : sequence of {"monotone", "odd", "sector", ""}
-        Of each block, what a periodic solution has to keep; ``""``: a gain, which stays as it is.
-    odd : sequence of bool
-        Whether the nonlinearity of a block has to be odd.
-    """
-
-    plant: Plant
-    lower: Sequence[Fraction]
-    upper: Sequence[Fraction]
-    blocks: Sequence[Sequence[int]]
-    families: Sequence[Family | str]
-    odd: Sequence[bool]
+    plant: Plant = quantity("Exactly")
+    lower: Sequence[Fraction] = quantity("Lower bounds of the classes")
+    upper: Sequence[Fraction] = quantity("Upper bounds of the classes, which are multiplied by the factor")
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity")
+    families: Sequence[Family | str] = quantity(
+        'Of each block, what a periodic solution has to keep; ``""``: a gain, which stays as it is'
+    )
+    odd: Sequence[bool] = quantity("Whether the nonlinearity of a block has to be odd")
 
     def found(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
         """Factors between two, the least first, and the proofs that they are refuted.

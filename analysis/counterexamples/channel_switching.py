@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby, product
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
+from lure.record import described, quantity
 
 MOST_STATES = 30
 _MOST_ENDS, _MOST_SETS = 32, 8  # of gains that a pattern may use, and of gains that stay
@@ -56,27 +57,15 @@ class Switching(NamedTuple):
     bits: int
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class SwitchedGains(GainsAround):
-    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``.
+    """The search for one plant, see :class:`GainsAround`, and the classes ``[l_i, alpha u_i]``."""
 
-    Parameters
-    ----------
-    lower, upper : ndarray
-        (m,) bounds at ``alpha = 1``.
-    varying : tuple of bool
-        Which gains may depend on time; the others stay at one end.
-    blocks : tuple of range
-        The channels with one nonlinearity each, hence one gain.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    lower: Reals
-    upper: Reals
-    varying: tuple[bool, ...]
-    blocks: tuple[range, ...]
-    discrete: bool
+    lower: Reals = quantity("(m,) lower bounds at ``alpha = 1``")
+    upper: Reals = quantity("(m,) upper bounds at ``alpha = 1``")
+    varying: tuple[bool, ...] = quantity("Which gains may depend on time; the others stay at one end")
+    blocks: tuple[range, ...] = quantity("The channels with one nonlinearity each, hence one gain")
+    discrete: bool = quantity("Whether in discrete time")
     random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED), repr=False)
 
     def sets(self) -> list[NDArray[np.int_]]:

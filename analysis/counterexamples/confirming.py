@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
@@ -20,6 +19,7 @@ from lure.analysis.counterexamples.simulated import Characteristic, graph_of
 from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget, Trajectory
 from lure.arrays import Reals, linalg, np
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # First states for simulations: along modes of the loop, where harmonic balance points, at scales of the nonlinearity.
 
@@ -29,24 +29,18 @@ _AMPLITUDES = 72
 _PHASES = 32
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Starts:
-    """First states of a batch of solutions.
+    """First states of a batch of solutions."""
 
-    Attributes
-    ----------
-    states : ndarray
-        (runs, n), in the coordinates of the :class:`~lure.analysis.counterexamples.trajectories.BatchLoop`.
-    texts : tuple of str
-        Each of them in words.
-    large : tuple of bool
-        Whether ``|sigma|`` is far beyond the scales of the nonlinearity, which then switches quickly and takes small
-        steps.
-    """
-
-    states: Reals
-    texts: tuple[str, ...]
-    large: tuple[bool, ...]
+    states: Reals = quantity(
+        "(runs, n), in the coordinates of the :class:`~lure.analysis.counterexamples.trajectories.BatchLoop`"
+    )
+    texts: tuple[str, ...] = quantity("Each of them in words")
+    large: tuple[bool, ...] = quantity(
+        "Whether ``|sigma|`` is far beyond the scales of the nonlinearity, which then switches quickly and takes "
+        "small steps"
+    )
 
 
 _SPREAD = 10.0
@@ -201,20 +195,14 @@ _ADVERSE: dict[Conclusion, frozenset[Finding]] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Trial:
-    """Simulated solutions of one loop, and whether they disagree with what is proved: OBSERVED evidence.
+    """Simulated solutions of one loop, and whether they disagree with what is proved: OBSERVED evidence."""
 
-    Attributes
-    ----------
-    trajectories : tuple of Trajectory
-        One a solution, those that disagree first.
-    contradiction : Trajectory or None
-        A solution that disagrees with the conclusion given, and did so again when it was computed more accurately.
-    """
-
-    trajectories: tuple[Trajectory, ...]
-    contradiction: Trajectory | None
+    trajectories: tuple[Trajectory, ...] = quantity("One a solution, those that disagree first")
+    contradiction: Trajectory | None = quantity(
+        "A solution that disagrees with the conclusion given, and did so again when it was computed more accurately"
+    )
 
     def count(self, finding: Finding) -> int:
         """How many solutions show it."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -19,37 +18,22 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import Reals, linalg, np
 from lure.plants.multivariable import MultivariablePlant
+from lure.record import described, quantity
 
 _STEPS, _FORGOTTEN, _STARTS, _TERMS, _GRID, _MOST_BITS = (100, 400), 16.0, 8, 18, 8, 8000
 _NEWTON, _SPARE = 12, 70
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Followed:
-    """A signal in steps.
+    """A signal in steps."""
 
-    Attributes
-    ----------
-    gain : float
-        What comes through over what enters.
-    inputs : list of list of Fraction
-        ``w`` on each step.
-    times : list of Fraction
-        How long each takes.
-    sides : list of list of int
-        Of each function whether ``sigma_i > 0``.
-    scale : Fraction
-        Of ``w`` beside the state, for balls.
-    bits : int
-        For balls.
-    """
-
-    gain: float
-    inputs: list[list[Fraction]]
-    times: list[Fraction]
-    sides: list[list[int]]
-    scale: Fraction
-    bits: int
+    gain: float = quantity("What comes through over what enters")
+    inputs: list[list[Fraction]] = quantity("``w`` on each step")
+    times: list[Fraction] = quantity("How long each takes")
+    sides: list[list[int]] = quantity("Of each function whether ``sigma_i > 0``")
+    scale: Fraction = quantity("Of ``w`` beside the state, for balls")
+    bits: int = quantity("For balls")
 
     @property
     def proof(self) -> dict[str, Any]:

@@ -9,13 +9,13 @@ signal does.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from typing import Any
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, linalg, np
+from lure.record import described, quantity
 
 LENGTHS, _STARTS, _TURNS, _SEED, _BITS = (40, 100), 60, 60, 20261122, 16
 _PATIENCE, _GAINED = 5, 1e-4  # turns, and by how much more is to come through after these
@@ -147,23 +147,13 @@ MOST_CHANNELS = 5
 _MOVING_STARTS, _MOVING_TURNS, _MOVING_SEED, _MOVING_PATIENCE, _MOVING_GAINED = 8, 40, 20261123, 5, 1e-3
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Moving:
-    """A signal and the gains beside it.
+    """A signal and the gains beside it."""
 
-    Attributes
-    ----------
-    gain : float
-        What comes through over what enters.
-    inputs : list of list of Fraction
-        ``w`` on each step.
-    ends : list of list of int
-        Of each function in each step which end of its class: 0 or 1.
-    """
-
-    gain: float
-    inputs: list[list[Fraction]]
-    ends: list[list[int]]
+    gain: float = quantity("What comes through over what enters")
+    inputs: list[list[Fraction]] = quantity("``w`` on each step")
+    ends: list[list[int]] = quantity("Of each function in each step which end of its class: 0 or 1")
 
 
 class Modes:

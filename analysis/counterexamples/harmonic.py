@@ -13,6 +13,7 @@ from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop
 from lure.analysis.deadline import checkpoint
 from lure.arrays import Complexes, NDArray, Reals, np
 from lure.errors import InputError
+from lure.record import described, quantity
 
 # Periodic orbits followed in doubles while the nonlinearity changes.
 
@@ -176,23 +177,13 @@ NEWTON_STEPS = 30
 STARTS = 800
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class RelayOrbit:
-    """An orbit of ``x' = A x - b sign(c x)``.
+    """An orbit of ``x' = A x - b sign(c x)``."""
 
-    Attributes
-    ----------
-    times : ndarray
-        (m,), times [s] between the switches; ``c x > 0`` at first.
-    states : ndarray
-        (m, n), the states at the switches, from the one at which it begins.
-    half : bool
-        Whether the times make half a period, after which the state is the negative of the first.
-    """
-
-    times: Reals
-    states: Reals
-    half: bool
+    times: Reals = quantity("(m,), times [s] between the switches; ``c x > 0`` at first")
+    states: Reals = quantity("(m, n), the states at the switches, from the one at which it begins")
+    half: bool = quantity("Whether the times make half a period, after which the state is the negative of the first")
 
 
 class RelayOrbits:
@@ -299,20 +290,12 @@ STEPS = 40
 FINE_SAMPLES = 4096
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Balance:
-    """A wave ``y = Re sum c_h e^(i h w t)``, ``h = 1, 3, 5, 7``, that nearly satisfies the loop.
+    """A wave ``y = Re sum c_h e^(i h w t)``, ``h = 1, 3, 5, 7``, that nearly satisfies the loop."""
 
-    Attributes
-    ----------
-    omega : float
-        Fundamental frequency [rad/s].
-    amplitudes : ndarray
-        (4,) complex ``c_h``.
-    """
-
-    omega: float
-    amplitudes: Complexes
+    omega: float = quantity("Fundamental frequency", "rad/s")
+    amplitudes: Complexes = quantity("(4,) complex ``c_h``")
 
 
 class HarmonicBalance:

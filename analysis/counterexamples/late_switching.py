@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from types import MappingProxyType
@@ -24,6 +23,7 @@ from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.plants.delay import DelayPlant
 from lure.plants.delay_matrix import DelayMatrix, one_channel_of
+from lure.record import described, quantity
 
 BITS = 128, 256
 _NOTHING = 1e300  # in place of infinity, of which no difference is a number
@@ -60,27 +60,15 @@ class LatePattern(NamedTuple):
         return {"times": [*map(str, self.times)], "multiplier": [*map(str, self.multiplier)], "bits": self.bits}
 
 
-@dataclass
+@described()
 class LateSwitching:
-    """The search for one plant that is no neutral equation, and the classes ``[l_i, alpha u_i]``.
+    """The search for one plant that is no neutral equation, and the classes ``[l_i, alpha u_i]``."""
 
-    Parameters
-    ----------
-    plant : DelayMatrix
-        The plant.
-    lower, upper : ndarray
-        (m,) bounds at ``alpha = 1``.
-    varying : tuple of bool
-        Which gains may depend on time; the others stay at one end.
-    blocks : tuple of range
-        The channels with one nonlinearity each.
-    """
-
-    plant: DelayMatrix
-    lower: Reals
-    upper: Reals
-    varying: tuple[bool, ...]
-    blocks: tuple[range, ...]
+    plant: DelayMatrix = quantity("The plant")
+    lower: Reals = quantity("(m,) lower bounds at ``alpha = 1``")
+    upper: Reals = quantity("(m,) upper bounds at ``alpha = 1``")
+    varying: tuple[bool, ...] = quantity("Which gains may depend on time; the others stay at one end")
+    blocks: tuple[range, ...] = quantity("The channels with one nonlinearity each")
     _half: float = 0.0
     _bin: float = 0.0
 

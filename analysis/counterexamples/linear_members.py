@@ -15,7 +15,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ from typing import Any, NamedTuple
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channels import ChannelInequality
 from lure.arrays import Complexes, NDArray, Reals, np, optimize
+from lure.record import described, quantity
 
 _EDGE = 1e-12
 _VERTICES, _DRAWN, _REFINED, _GRID, _TURNS, _ZOOMS, _SEED, _CLIMBED = 6, 24, 3, 9, 20, 7, 20261122, 3
@@ -43,24 +43,9 @@ class Found(NamedTuple):
     direction: Complexes
 
 
-@dataclass
+@described()
 class MemberSearch:
     """The search for one plant.
-
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) the shift.
-    functions, operators : sequence of sequence of int
-        The channels with one gain each, and those of each operator.
-    out : sequence of int
-        The channels from whose ``w`` to whose ``sigma`` the gain is asked for, in none of these.
-    discrete : bool
-        Whether in discrete time.
-    scalar : sequence of sequence of int
-        Of these blocks, or ``out``, those with one scalar operator in each channel.
 
     Raises
     ------
@@ -68,16 +53,20 @@ class MemberSearch:
         The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
     """
 
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Reals
-    functions: Sequence[Sequence[int]]
-    operators: Sequence[Sequence[int]]
-    out: Sequence[int]
-    discrete: bool
-    scalar: Sequence[Sequence[int]] = ()
+    A: Reals = quantity("(n, n) [floating point]")
+    B: Reals = quantity("(n, m) [floating point]")
+    C: Reals = quantity("(m, n) [floating point]")
+    D: Reals = quantity("(m, m) [floating point]")
+    lower: Reals = quantity("(m,) the shift")
+    functions: Sequence[Sequence[int]] = quantity("The channels with one gain each")
+    operators: Sequence[Sequence[int]] = quantity("The channels of each operator")
+    out: Sequence[int] = quantity(
+        "The channels from whose ``w`` to whose ``sigma`` the gain is asked for, in none of these"
+    )
+    discrete: bool = quantity("Whether in discrete time")
+    scalar: Sequence[Sequence[int]] = quantity(
+        "Of these blocks, or ``out``, those with one scalar operator in each channel", default=()
+    )
 
     def __post_init__(self) -> None:
         m = len(self.D)
@@ -414,36 +403,22 @@ class Delayed(NamedTuple):
     direction: NDArray[np.complex128]
 
 
-@dataclass
+@described()
 class DelayedMembers:
-    """The search for one plant ``(A, B, C, D)`` in continuous time.
+    """The search for one plant ``(A, B, C, D)`` in continuous time."""
 
-    Attributes
-    ----------
-    sides : tuple of ndarray
-        ``A``, ``B``, ``C`` and ``D``.
-    own : sequence of int
-        The channels from ``z`` to ``w``.
-    functions, late : sequence of sequence of int
-        The channels of each gain, and of each delay.
-    bounds : ndarray
-        (len(functions), 2), between which the gains lie.
-    longest : ndarray
-        Bounds of the delays [s].
-    transfer : callable or None
-        The plant at complex ``s``, where it has dead times; None for that of the matrices.
-    waits : sequence of float
-        Its dead times [s].
-    """
-
-    sides: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-    own: Sequence[int]
-    functions: Sequence[Sequence[int]]
-    late: Sequence[Sequence[int]]
-    bounds: NDArray[np.float64]
-    longest: NDArray[np.float64]
-    transfer: Callable[[Complexes], Complexes] | None = None
-    waits: Sequence[float] = ()
+    sides: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] = quantity(
+        "``A``, ``B``, ``C`` and ``D``"
+    )
+    own: Sequence[int] = quantity("The channels from ``z`` to ``w``")
+    functions: Sequence[Sequence[int]] = quantity("The channels of each gain")
+    late: Sequence[Sequence[int]] = quantity("The channels of each delay")
+    bounds: NDArray[np.float64] = quantity("(len(functions), 2), between which the gains lie")
+    longest: NDArray[np.float64] = quantity("Bounds of the delays", "s")
+    transfer: Callable[[Complexes], Complexes] | None = quantity(
+        "The plant at complex ``s``, where it has dead times; None for that of the matrices", default=None
+    )
+    waits: Sequence[float] = quantity("Its dead times", "s", default=())
 
     def _response(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         if self.transfer is not None:

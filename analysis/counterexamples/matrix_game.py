@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 # In which order the values of a periodic orbit can lie: the finite choice behind every monotone nonlinearity through
 # it.
@@ -113,20 +113,12 @@ _TINY = 1e-11
 _CHUNK = 1 << 22  # entries of a stack of games worked on at a time
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Solved:
-    """Values and optimal mixtures of a stack of games.
+    """Values and optimal mixtures of a stack of games."""
 
-    Attributes
-    ----------
-    value : ndarray
-        (m,), NaN where the simplex method did not end.
-    mixture : ndarray
-        (m, n), nonnegative, each row of sum 1.
-    """
-
-    value: Reals
-    mixture: Reals
+    value: Reals = quantity("(m,), NaN where the simplex method did not end")
+    mixture: Reals = quantity("(m, n), nonnegative, each row of sum 1")
 
 
 def solve_games(games: Reals) -> Solved:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
@@ -16,6 +15,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence, Witness
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # Nonlinearities through finitely many points, exact: which slopes and which sector they have.
@@ -23,20 +23,12 @@ from lure.record.values import exact_text
 Point = tuple[Fraction, Fraction]
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class PiecewiseLinear:
-    r"""``phi`` linear between the points, and of slope ``tail`` outside them.
+    r"""``phi`` linear between the points, and of slope ``tail`` outside them."""
 
-    Attributes
-    ----------
-    points : tuple of (sigma, phi)
-        In ascending ``sigma``, one of them ``(0, 0)``.
-    tail : Fraction
-        Slope to the left of the first and to the right of the last point.
-    """
-
-    points: tuple[Point, ...]
-    tail: Fraction
+    points: tuple[Point, ...] = quantity("In ascending ``sigma``, one of them ``(0, 0)``")
+    tail: Fraction = quantity("Slope to the left of the first and to the right of the last point")
 
     @classmethod
     def through(cls, points: Iterable[Sequence[Fraction]], tail: Fraction, *, odd: bool = False) -> PiecewiseLinear:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
@@ -27,6 +27,7 @@ from lure.arrays import Reals, np, one_thread
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # The search for self-oscillating loops with saturations and dead zones, in floating point: proposals, never proofs.
 
@@ -40,23 +41,13 @@ FINE = 2e-5
 SHARES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Oscillation:
-    """A nonlinearity with kinks at ``y = -1`` and ``y = 1`` and an orbit of its loop.
+    """A nonlinearity with kinks at ``y = -1`` and ``y = 1`` and an orbit of its loop."""
 
-    Attributes
-    ----------
-    slopes : callable
-        Slope between the kinks and slope outside them, for the value of a parameter.
-    parameter : float
-        The value at which the orbit is given.
-    orbit : Orbit
-        The orbit.
-    """
-
-    slopes: Slopes
-    parameter: float
-    orbit: Orbit
+    slopes: Slopes = quantity("Slope between the kinks and slope outside them, for the value of a parameter")
+    parameter: float = quantity("The value at which the orbit is given")
+    orbit: Orbit = quantity("The orbit")
 
     @property
     def top(self) -> float:
@@ -64,30 +55,16 @@ class Oscillation:
         return float(max(self.slopes(Fraction(self.parameter))))
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class OrbitSearch:
-    """The search for one block without feedthrough.
+    """The search for one block without feedthrough."""
 
-    Attributes
-    ----------
-    system : Realisation
-        The block.
-    lower : Fraction
-        Least slope.
-    limit : float
-        Slopes at or above it are not wanted.
-    start : float
-        Slopes at or below it are not worth a search.
-    numerator, denominator : ndarray
-        Of the block, descending powers.
-    """
-
-    system: Realisation
-    lower: Fraction
-    limit: float
-    start: float
-    numerator: Reals
-    denominator: Reals
+    system: Realisation = quantity("The block")
+    lower: Fraction = quantity("Least slope")
+    limit: float = quantity("Slopes at or above it are not wanted")
+    start: float = quantity("Slopes at or below it are not worth a search")
+    numerator: Reals = quantity("Of the block, descending powers")
+    denominator: Reals = quantity("Of the block, descending powers")
 
     def candidates(self) -> list[Oscillation]:
         """Orbits with the larger slope below the limit, smallest first."""

@@ -28,6 +28,7 @@ from lure.analysis.verdict import Witness
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # From a periodic orbit in floating point to one in rationals, checked exactly.
 
@@ -35,28 +36,16 @@ from lure.plants.rational import RationalPlant
 _LARGEST_EXACT = 12  # rows of a matrix whose characteristic polynomial is factored
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Proposal:
-    """An orbit in floating point: ``w = V d`` with ``V`` the basis of the pattern of ``values``.
+    """An orbit in floating point: ``w = V d`` with ``V`` the basis of the pattern of ``values``."""
 
-    Attributes
-    ----------
-    reach : float
-        ``1/k`` of the loop shifted to the lower bound zero.
-    q, twist : int
-        ``w[t + q] = twist * w[t]``.
-    family : {"monotone", "odd", "sector"}
-        Which pattern of ``values`` is kept.
-    values, mixture : ndarray
-        (q,), (q,).
-    """
-
-    reach: float
-    q: int
+    reach: float = quantity("``1/k`` of the loop shifted to the lower bound zero")
+    q: int = quantity("``w[t + q] = twist * w[t]``")
     twist: int
-    family: Family
-    values: Reals
-    mixture: Reals
+    family: Family = quantity("Which pattern of ``values`` is kept")
+    values: Reals = quantity("(q,)")
+    mixture: Reals = quantity("(q,)")
 
 
 def exact_orbit(block: RationalPlant, lower: Fraction, proposal: Proposal, *, odd: bool = False) -> Witness | None:

@@ -16,6 +16,7 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import ArrayLike, Reals, linalg, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.record import described, quantity
 
 # Loops with a piecewise-linear nonlinearity: exact affine pieces, and their flow in doubles from switch to switch.
 
@@ -28,29 +29,20 @@ def saturation(inner: Fraction, outer: Fraction) -> Graph:
     return Graph.through([(Fraction(-1), -inner), (Fraction(1), inner)], outer, outer)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class PiecewiseLoop:
     r"""The loop of a realisation with a piecewise-linear nonlinearity, in exact numbers.
 
     With feedthrough ``d`` the piece is told from ``y = c x = sigma + d phi(sigma)``, which ascends with ``sigma`` as
     long as every ``1 + d slope > 0``.  On piece ``j``, ``levels[j-1] < y < levels[j]``, ``x' = A_j x + f_j``.
-
-    Attributes
-    ----------
-    system : Realisation
-        The linear part.
-    nonlinearity : Graph
-        The nonlinearity; ``mu = -phi(sigma)``.
-    levels : tuple of Fraction
-        Values of ``y`` at the kinks of the nonlinearity.
-    generators : tuple of tuples
-        For every piece the matrix ``[[A_j, f_j], [0, 0]]``, which acts on ``(x, 1)``.
     """
 
-    system: Realisation
-    nonlinearity: Graph
-    levels: Row
-    generators: tuple[tuple[Row, ...], ...]
+    system: Realisation = quantity("The linear part")
+    nonlinearity: Graph = quantity("The nonlinearity; ``mu = -phi(sigma)``")
+    levels: Row = quantity("Values of ``y`` at the kinks of the nonlinearity")
+    generators: tuple[tuple[Row, ...], ...] = quantity(
+        "For every piece the matrix ``[[A_j, f_j], [0, 0]]``, which acts on ``(x, 1)``"
+    )
 
     @classmethod
     def of(cls, system: Realisation, nonlinearity: Graph) -> PiecewiseLoop:
@@ -252,27 +244,17 @@ NEWTON_STEPS = 60
 DEEPEST = 24
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Itinerary:
-    """The pieces an orbit visits and how long it stays on each.
+    """The pieces an orbit visits and how long it stays on each."""
 
-    Attributes
-    ----------
-    pieces : tuple of int
-        Counted from the left; neighbours follow one another.
-    durations : tuple of Fraction
-        Times [s] on the pieces, approximate.
-    state : tuple of Fraction
-        (n,), where it enters the first of the pieces, approximate.
-    half : bool
-        Whether they make half a period, after which the state is the negative of the first (the nonlinearity is then
-        odd).
-    """
-
-    pieces: tuple[int, ...]
-    durations: tuple[Fraction, ...]
-    state: Row
-    half: bool
+    pieces: tuple[int, ...] = quantity("Counted from the left; neighbours follow one another")
+    durations: tuple[Fraction, ...] = quantity("Times [s] on the pieces, approximate")
+    state: Row = quantity("(n,), where it enters the first of the pieces, approximate")
+    half: bool = quantity(
+        "Whether they make half a period, after which the state is the negative of the first (the nonlinearity is "
+        "then odd)"
+    )
 
     @property
     def period(self) -> float:

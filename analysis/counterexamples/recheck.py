@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.counterexamples.simulated import graph_of
 from lure.analysis.counterexamples.trajectories import BatchLoop, Finding, OutOfBudget
 from lure.arrays import Reals, np
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # What one run of a loop shows: convergence, rest elsewhere, growth, undiminished oscillation, or nothing yet.
 
@@ -28,37 +29,21 @@ CROSSINGS = 8
 _NOTHING = 1e-290
 
 
-@dataclass(kw_only=True, slots=True, eq=False)
+@described(kw_only=True, slots=True, eq=False)
 class Run:
-    """One solution as far as it is followed, in the scaled time and coordinates of its loop.
+    """One solution as far as it is followed, in the scaled time and coordinates of its loop."""
 
-    Attributes
-    ----------
-    start : ndarray
-        (n,) first state.
-    text : str
-        The first state in words.
-    t, sigma, states : list of ndarray
-        Stretch by stretch, the last instant of one being the first of the next.
-    finding : Finding
-        So far.
-    ended : bool
-        Whether it need not be followed further.
-    closed : bool
-        Whether its oscillation was found to be periodic.
-    attempts : int
-        How often that was tried.
-    """
-
-    start: Reals
-    text: str
-    t: list[Reals] = field(default_factory=list)
-    sigma: list[Reals] = field(default_factory=list)
-    states: list[Reals] = field(default_factory=list)
-    finding: Finding = Finding.OPEN
-    ended: bool = False
-    closed: bool = False
-    attempts: int = 0
+    start: Reals = quantity("(n,) first state")
+    text: str = quantity("The first state in words")
+    t: list[Reals] = quantity(
+        "Instants, stretch by stretch, the last of one being the first of the next", default_factory=list
+    )
+    sigma: list[Reals] = quantity("Input of the nonlinearity at these", default_factory=list)
+    states: list[Reals] = quantity("State there", default_factory=list)
+    finding: Finding = quantity("So far", default=Finding.OPEN)
+    ended: bool = quantity("Whether it need not be followed further", default=False)
+    closed: bool = quantity("Whether its oscillation was found to be periodic", default=False)
+    attempts: int = quantity("How often that was tried", default=0)
 
     @property
     def largest(self) -> float:

@@ -8,12 +8,12 @@ with the ReLUs, which grows without bound.  Nothing here is believed: a checker 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 _ALL_PATTERNS, _DRAWN, _STARTS, _STEPS, _LONGEST, _SEED, _MEMBERS = 8, 256, 40, 300, 24, 20261122, 24
 _CLEAR, _GROWS, _ZERO = 1e-8, 1e-7, 1e-12  # of the largest entry: a sign; beyond the edge: growth; and no entry
@@ -27,33 +27,19 @@ class Ray(NamedTuple):
     value: float
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class ReluRays:
-    """Rays of one loop.
+    """Rays of one loop."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower, upper : ndarray
-        (m,) bounds of the gains; those of a ReLU are its gains below and above 0.
-    rectified : sequence of bool
-        Which channels have a ReLU.
-    blocks : sequence of sequence of int
-        The channels of each nonlinearity.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    rectified: Sequence[bool]
-    blocks: Sequence[Sequence[int]]
-    discrete: bool
+    A: NDArray[np.float64] = quantity("(n, n) [floating point]")
+    B: NDArray[np.float64] = quantity("(n, m) [floating point]")
+    C: NDArray[np.float64] = quantity("(m, n) [floating point]")
+    D: NDArray[np.float64] = quantity("(m, m) [floating point]")
+    lower: NDArray[np.float64] = quantity("(m,) lower bounds of the gains; those of a ReLU are its gains below 0")
+    upper: NDArray[np.float64] = quantity("(m,) upper bounds of the gains; those of a ReLU are its gains above 0")
+    rectified: Sequence[bool] = quantity("Which channels have a ReLU")
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity")
+    discrete: bool = quantity("Whether in discrete time")
 
     def found(self) -> Iterator[Ray]:
         """Rays, those that keep their pattern before those of several steps."""

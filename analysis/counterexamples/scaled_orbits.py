@@ -18,6 +18,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 PERIODS = (4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 20, 24, 28)
 _PHASES, _ORDERS, _HALVINGS = 8, 5, 9
@@ -44,24 +45,14 @@ class ExactOrbit:
     sigma: Sequence[Fraction]
 
 
-@dataclass
+@described()
 class ScaledOrbits:
-    """The search for one plant, strictly proper and in discrete time, and one class of slopes.
+    """The search for one plant, strictly proper and in discrete time, and one class of slopes."""
 
-    Attributes
-    ----------
-    plant : RationalPlant
-        The plant.
-    low, high : Fraction
-        Bounds of the slope.
-    odd : bool
-        Whether ``phi`` has to be odd.
-    """
-
-    plant: RationalPlant
-    low: Fraction
-    high: Fraction
-    odd: bool
+    plant: RationalPlant = quantity("The plant")
+    low: Fraction = quantity("Lower bound of the slope")
+    high: Fraction = quantity("Upper bound of the slope")
+    odd: bool = quantity("Whether ``phi`` has to be odd")
 
     def __post_init__(self) -> None:
         self.sides = [np.asarray(side) for side in MultivariablePlant.of_one_channel(self.plant).doubles()]

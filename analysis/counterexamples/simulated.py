@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
@@ -15,6 +14,7 @@ from lure.arrays import ArrayLike, Reals, integrate, np, optimize
 from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # What ``sigma`` does along a periodic orbit of a witness, for figures.
 
@@ -103,30 +103,18 @@ RESIDUAL = 1e-9
 """Largest residual of ``sigma + D phi(sigma) = y`` relative to its terms; above it there is no solution."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Motion:
-    """A simulated solution of ``sigma = H mu``, ``mu = -phi(sigma)``: OBSERVED evidence.
+    """A simulated solution of ``sigma = H mu``, ``mu = -phi(sigma)``: OBSERVED evidence."""
 
-    Attributes
-    ----------
-    t : ndarray
-        (samples,) instants [s], or steps times ``dt`` in discrete time.
-    sigma : ndarray
-        (samples,).
-    states : ndarray
-        (samples, n), in the companion form of the block, or in the coordinates given.
-    error : float
-        Difference of the last state from a less accurate run, relative to the largest state; 0 where the method is
-        exact up to rounding.
-    note : str
-        The method and what its accuracy rests on.
-    """
-
-    t: Reals
-    sigma: Reals
-    states: Reals
-    error: float
-    note: str
+    t: Reals = quantity("(samples,) instants [s], or steps times ``dt`` in discrete time")
+    sigma: Reals = quantity("(samples,)")
+    states: Reals = quantity("(samples, n), in the companion form of the block, or in the coordinates given")
+    error: float = quantity(
+        "Difference of the last state from a less accurate run, relative to the largest state; 0 where the method is "
+        "exact up to rounding"
+    )
+    note: str = quantity("The method and what its accuracy rests on")
 
 
 def simulate_loop(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 from typing import cast
@@ -33,6 +33,7 @@ from lure.analysis.verdict import Evidence, Witness
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # The search for a switched gain that makes a loop grow, in floating point: a proposal, never a proof.
@@ -52,33 +53,24 @@ class Pattern:
     k: float
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class SwitchingSearch:
-    """The search for one block.
+    """The search for one block."""
 
-    Attributes
-    ----------
-    system : Realisation
-        The block.
-    lower : Fraction
-        Lower gain.
-    circle, omega : float
-        Where the circle criterion stops, and at which frequency [rad/s]: nothing below it is worth a search.
-    limit : float
-        The first gain that is itself unstable: nothing at or above it is wanted.
-    spent : list of int
-        Matrix exponentials computed so far; past a limit nothing grows any more, and the search ends with what it has.
-    known : dict
-        Exponentials of the closed-loop matrices by gain.
-    """
-
-    system: Realisation
-    lower: Fraction
-    circle: float
-    omega: float
-    limit: float
-    spent: list[int] = field(default_factory=lambda: [0], repr=False, compare=False)
-    known: dict[float, Exponential] = field(default_factory=dict, repr=False, compare=False)
+    system: Realisation = quantity("The block")
+    lower: Fraction = quantity("Lower gain")
+    circle: float = quantity("Where the circle criterion stops: nothing below it is worth a search")
+    omega: float = quantity("At which frequency it stops there", "rad/s")
+    limit: float = quantity("The first gain that is itself unstable: nothing at or above it is wanted")
+    spent: list[int] = quantity(
+        "Matrix exponentials computed so far; past a limit nothing grows any more, and the search ends with what it "
+        "has",
+        default_factory=lambda: [0],
+        hidden=True,
+    )
+    known: dict[float, Exponential] = quantity(
+        "Exponentials of the closed-loop matrices by gain", default_factory=dict, hidden=True
+    )
 
     def closed(self, k: float) -> Exponential:
         """Of ``A - b c k/(1 + k d)``, remembered: it is computed exactly and asked for again and again."""

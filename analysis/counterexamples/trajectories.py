@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
@@ -17,6 +16,7 @@ from lure.errors import InputError, Reason
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Values = Callable[[ArrayLike], Reals]
 
@@ -42,37 +42,20 @@ class Finding(Enum):
         return self.value
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Trajectory:
-    """One simulated solution of ``sigma = H mu``, ``mu = -phi(sigma)``, for figures and tables: OBSERVED evidence.
+    """One simulated solution of ``sigma = H mu``, ``mu = -phi(sigma)``, for figures and tables: OBSERVED evidence."""
 
-    Attributes
-    ----------
-    t : ndarray
-        (samples,) instants [s], ascending from 0; multiples of the sampling time in discrete time.
-    sigma, mu : ndarray
-        (samples,) input of ``phi`` and input of the block at these instants, with several channels (samples, m); a few
-        hundred samples at most.
-    nonlinearity : str
-        The nonlinearity, in words.
-    start : str
-        The first state, in words.
-    finding : Finding
-        What the whole run showed, which may be longer than what is kept here.
-    until : float
-        Length of the whole run [s].
-    discrete : bool
-        Whether time is discrete.
-    """
-
-    t: Reals
-    sigma: Reals
-    mu: Reals
-    nonlinearity: str
-    start: str
-    finding: Finding
-    until: float
-    discrete: bool
+    t: Reals = quantity("(samples,) instants [s], ascending from 0; multiples of the sampling time in discrete time")
+    sigma: Reals = quantity(
+        "(samples,) input of ``phi`` at these instants, a few hundred at most; with several channels (samples, m)"
+    )
+    mu: Reals = quantity("Input of the block, likewise")
+    nonlinearity: str = quantity("The nonlinearity, in words")
+    start: str = quantity("The first state, in words")
+    finding: Finding = quantity("What the whole run showed, which may be longer than what is kept here")
+    until: float = quantity("Length of the whole run", "s")
+    discrete: bool = quantity("Whether time is discrete")
 
 
 class OutOfBudget(Exception):
