@@ -11,6 +11,7 @@ from typing import Any
 from lure.analysis.certificates import arithmetic as exact
 from lure.analysis.export.quadratic import whole
 from lure.analysis.export.words import folded, integers, refused
+from lure.record import described, quantity
 
 Poly = list[Any]  # whole numbers or fractions, the lowest coefficient first
 FINEST, DEEPEST = 160, 200
@@ -72,33 +73,19 @@ def _z(m: int, i: int) -> Curve:
     return found
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Circle:
-    """``Re (m X conj D) - W* M W/q > 0`` on the unit circle.
+    """``Re (m X conj D) - W* M W/q > 0`` on the unit circle."""
 
-    Attributes
-    ----------
-    X, D : list of int
-        ``den + k num`` and ``den + l num``, the highest coefficient first, times the same number.
-    factor : Fraction
-        That number.
-    taps : list of tuple
-        ``c``, the delay, and whether it is causal, of ``m = 1 - sum c/h z^-i``.
-    h : int
-        Their denominator.
-    M : list of list of int
-        The form of the samples.
-    q : int
-        Its denominator.
-    """
-
-    X: list[int]
-    D: list[int]
-    factor: Fraction
-    taps: list[tuple[int, int, bool]]
-    h: int
-    M: list[list[int]]
-    q: int
+    X: list[int] = quantity("``den + k num``, the highest coefficient first")
+    D: list[int] = quantity("``den + l num``, the highest coefficient first, times the same number as ``X``")
+    factor: Fraction = quantity("That number")
+    taps: list[tuple[int, int, bool]] = quantity(
+        "``c``, the delay, and whether it is causal, of ``m = 1 - sum c/h z^-i``"
+    )
+    h: int = quantity("Their denominator")
+    M: list[list[int]] = quantity("The form of the samples")
+    q: int = quantity("Its denominator")
 
     @classmethod
     def of(

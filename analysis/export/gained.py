@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -16,42 +15,23 @@ from lure.analysis.certificates.states import classes
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, whole
 from lure.analysis.export.words import equations, folded, integers, number, refused, whole_file
+from lure.record import described, quantity
 
 Rows = list[list[int]]
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Gained:
-    """A plant in states, and gains of its channels.
+    """A plant in states, and gains of its channels."""
 
-    Attributes
-    ----------
-    plant : Plant
-        ``A, B, C, D`` of ``mu = -w``.
-    loop : Loop
-        The same as rows over ``(x, w)``.
-    laws : list of dict
-        The class of each nonlinearity, as the certificate has it.
-    block : list of int
-        Of each channel its nonlinearity.
-    bounds : list of tuple
-        Of the gains of each nonlinearity; they may be infinite.
-    gains : list of list of Fraction
-        One of each nonlinearity, once or in turn.
-    matrices : list of list of list of Fraction
-        Those of the loops.
-    values : list of tuple
-        Of each loop a whole number and by it the rows of ``w`` over ``x``.
-    """
-
-    plant: Plant
-    loop: Loop
-    laws: list[Any]
-    block: list[int]
-    bounds: list[tuple[Any, Any]]
-    gains: list[Vector]
-    matrices: list[Matrix]
-    values: list[tuple[int, Rows]]
+    plant: Plant = quantity("``A, B, C, D`` of ``mu = -w``")
+    loop: Loop = quantity("The same as rows over ``(x, w)``")
+    laws: list[Any] = quantity("The class of each nonlinearity, as the certificate has it")
+    block: list[int] = quantity("Of each channel its nonlinearity")
+    bounds: list[tuple[Any, Any]] = quantity("Of the gains of each nonlinearity; they may be infinite")
+    gains: list[Vector] = quantity("One of each nonlinearity, once or in turn")
+    matrices: list[Matrix] = quantity("Those of the loops")
+    values: list[tuple[int, Rows]] = quantity("Of each loop a whole number and by it the rows of ``w`` over ``x``")
 
     def outputs(self) -> str:
         """The values, for Coq."""
@@ -59,41 +39,19 @@ class Gained:
         return folded(f"Definition values : list (Z * list (list Z)) := [{given}]%Z.")
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Words:
-    """The theorem of a file about gains of a plant in states, and its proof.
+    """The theorem of a file about gains of a plant in states, and its proof."""
 
-    Attributes
-    ----------
-    libraries : tuple of str
-        Files beside this one.
-    loops : Gained
-        The plant and the gains.
-    parts : list of str
-        Definitions and lemmas before the theorem.
-    kind : str
-        The type of a gain.
-    gains : list of str
-        What is said of the gains and of the jumps.
-    laws : list of str
-        Of each channel what is applied to ``sigma``.
-    end : str
-        What is said of the solution.
-    proof : list of str
-        Lines.
-    jumps : bool
-        Whether the gains jump in continuous time.
-    """
-
-    libraries: tuple[str, ...]
-    loops: Gained
-    parts: list[str]
-    kind: str
-    gains: list[str]
-    laws: list[str]
-    end: str
-    proof: list[str]
-    jumps: bool = False
+    libraries: tuple[str, ...] = quantity("Files beside this one")
+    loops: Gained = quantity("The plant and the gains")
+    parts: list[str] = quantity("Definitions and lemmas before the theorem")
+    kind: str = quantity("The type of a gain")
+    gains: list[str] = quantity("What is said of the gains and of the jumps")
+    laws: list[str] = quantity("Of each channel what is applied to ``sigma``")
+    end: str = quantity("What is said of the solution")
+    proof: list[str] = quantity("Lines")
+    jumps: bool = quantity("Whether the gains jump in continuous time", default=False)
 
     @property
     def names(self) -> list[str]:

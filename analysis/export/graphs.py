@@ -6,35 +6,25 @@ Each statement is one about polynomials on intervals: `pieces.v`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 from lure.analysis.export.circle import added, times
 from lure.analysis.export.quadratic import whole
 from lure.analysis.export.words import integers, number, refused
+from lure.record import described, quantity
 
 Part = tuple[Fraction, Fraction, int]  # an interval, and the place of the polynomial there
 DEEPEST = 60
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Known:
-    """A nonlinearity by its graph.
+    """A nonlinearity by its graph."""
 
-    Attributes
-    ----------
-    name : str
-        In the file.
-    cuts : list of Fraction
-        Ascending.
-    pieces : list of list of Fraction
-        One more, the lowest coefficient first.
-    """
-
-    name: str
-    cuts: list[Fraction]
-    pieces: list[list[Fraction]]
+    name: str = quantity("In the file")
+    cuts: list[Fraction] = quantity("Ascending")
+    pieces: list[list[Fraction]] = quantity("One more, the lowest coefficient first")
 
     def definition(self) -> str:
         """The function, and one lemma for each piece."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from lure.analysis.certificates.arithmetic import INF
+from lure.record import described, quantity
 
 Vector = list[Fraction]
 Matrix = list[Vector]
@@ -20,107 +21,68 @@ Term = tuple[int, list[int], list[int]]
 MOST_SCALES = 400
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Loop:
-    """A loop, and the function ``V = x'P x + 2 sum theta_i int phi_i`` that is to fall along its solutions.
+    """A loop, and the function ``V = x'P x + 2 sum theta_i int phi_i`` that is to fall along its solutions."""
 
-    Attributes
-    ----------
-    discrete : bool
-        Whether time is discrete.
-    now, then : list of list of Fraction
-        The state ``x`` and its derivative, or the next state, as rows over ``z``.
-    phi, sigma : list of list of Fraction
-        The values of the nonlinearities and their arguments, as rows over ``z``.
-    bounds : list of tuple
-        Of each sector; the upper one may be infinite.
-    weights, theta : list of Fraction
-        Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound; of the integrals.
-    rest : tuple, or None
-        Where the loop with the lower gain has an eigenvalue 0 and ``sigma`` is a function of the state: its eigenvector
-        over ``x``, the left one, and the place that ``rows`` leave out.
-    terms : list of tuple
-        In place of weights: weights, and pairs of rows over ``z`` whose products are nonnegative.
-    block : list of list of Fraction
-        In place of weights: ``Pi``, symmetric, of ``(sigma_1, phi_1, sigma_2, ..)``.
-    cones : list of list of list of Fraction
-        Where ``Pi`` is not concave in each gain: entries ``>= 0`` for each choice of the signs of ``sigma_2`` and so
-        on, that of ``sigma_1`` being 1, of the coordinates ``a, b >= 0`` of ``(sigma_i, phi_i) = +-(a (q, p) + b (s,
-        r))``, ``p/q`` and ``r/s`` the bounds.
-    P : list of list of Fraction
-        Symmetric.
-    rows : list of list of Fraction
-        Over ``x``: the combinations that tend to 0.
-    each : bool
-        Whether it is shown for each finite upper bound, of one channel, in continuous time.
-    """
-
-    discrete: bool
-    now: Matrix
-    then: Matrix
-    phi: Matrix
-    sigma: Matrix
-    bounds: list[tuple[Fraction, Fraction | float]]
-    weights: Vector
-    theta: Vector
-    P: Matrix
-    rows: Matrix
-    each: bool = False
-    rest: tuple[Vector, Vector, int] | None = None
-    terms: list[tuple[Fraction, Vector, Vector]] = field(default_factory=list)
-    block: Matrix = field(default_factory=list)
-    cones: list[Matrix] = field(default_factory=list)
+    discrete: bool = quantity("Whether time is discrete")
+    now: Matrix = quantity("The state ``x``, as rows over ``z``")
+    then: Matrix = quantity("Its derivative, or the next state, as rows over ``z``")
+    phi: Matrix = quantity("The values of the nonlinearities, as rows over ``z``")
+    sigma: Matrix = quantity("Their arguments, as rows over ``z``")
+    bounds: list[tuple[Fraction, Fraction | float]] = quantity("Of each sector; the upper one may be infinite")
+    weights: Vector = quantity(
+        "Of ``(phi - l sigma)(u sigma - phi)``, of ``(phi - l sigma) sigma`` without an upper bound"
+    )
+    theta: Vector = quantity("Of the integrals")
+    P: Matrix = quantity("Symmetric")
+    rows: Matrix = quantity("Over ``x``: the combinations that tend to 0")
+    each: bool = quantity(
+        "Whether it is shown for each finite upper bound, of one channel, in continuous time", default=False
+    )
+    rest: tuple[Vector, Vector, int] | None = quantity(
+        "Where the loop with the lower gain has an eigenvalue 0 and ``sigma`` is a function of the state: its "
+        "eigenvector over ``x``, the left one, and the place that ``rows`` leave out",
+        default=None,
+    )
+    terms: list[tuple[Fraction, Vector, Vector]] = quantity(
+        "In place of weights: weights, and pairs of rows over ``z`` whose products are nonnegative",
+        default_factory=list,
+    )
+    block: Matrix = quantity(
+        "In place of weights: ``Pi``, symmetric, of ``(sigma_1, phi_1, sigma_2, ..)``", default_factory=list
+    )
+    cones: list[Matrix] = quantity(
+        "Where ``Pi`` is not concave in each gain: entries ``>= 0`` for each choice of the signs of ``sigma_2`` and "
+        "so on, that of ``sigma_1`` being 1, of the coordinates ``a, b >= 0`` of ``(sigma_i, phi_i) = +-(a (q, p) + "
+        "b (s, r))``, ``p/q`` and ``r/s`` the bounds",
+        default_factory=list,
+    )
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Forms:
-    """The same with integers, as ``falls_in_time`` and ``falls_by_steps`` of the Coq files take it.
+    """The same with integers, as ``falls_in_time`` and ``falls_by_steps`` of the Coq files take it."""
 
-    Attributes
-    ----------
-    size : int
-        Numbers in ``z``.
-    P, now, then, rows : list of list of int
-        The last three times a whole number each.
-    unit : int
-        That of ``now`` and ``then``.
-    factor : Fraction
-        That of ``V``.
-    products : list of Term
-        Weights, and the factors of what is nonnegative for the class.
-    factors : list of tuple of int
-        By which these two are multiplied.
-    block, pairs : list of list of int
-        ``Pi`` and the rows that it is about, of which the products are then made.
-    cones : list of list of list of int
-        Upper triangles by rows of twice the forms with entries ``>= 0``.
-    low, turn : list of Term
-        A bound below the integrals, and their derivative.
-    integrals : list of tuple
-        Channel, coefficient ``c`` of its integral, the row of ``q sigma`` over ``now``, and ``q``.
-    times : int
-        ``N``: ``N`` times the fall of ``V`` is above the squares of ``rows``.
-    beside : int
-        For each upper bound: with so many squares of ``phi - l sigma`` beside it.
-    """
-
-    size: int
+    size: int = quantity("Numbers in ``z``")
     P: list[list[int]]
-    now: list[list[int]]
+    now: list[list[int]] = quantity("Times a whole number, as are ``then`` and ``rows``")
     then: list[list[int]]
     rows: list[list[int]]
-    unit: int
-    factor: Fraction
-    products: list[Term]
-    factors: list[tuple[int, int]]
-    low: list[Term]
-    turn: list[Term]
-    integrals: list[tuple[int, Fraction, list[int], Fraction]]
-    times: int
-    block: list[list[int]]
-    pairs: list[list[int]]
-    cones: list[list[list[int]]]
-    beside: int = 0
+    unit: int = quantity("That of ``now`` and ``then``")
+    factor: Fraction = quantity("That of ``V``")
+    products: list[Term] = quantity("Weights, and the factors of what is nonnegative for the class")
+    factors: list[tuple[int, int]] = quantity("By which these two are multiplied")
+    low: list[Term] = quantity("A bound below the integrals")
+    turn: list[Term] = quantity("Their derivative")
+    integrals: list[tuple[int, Fraction, list[int], Fraction]] = quantity(
+        "Channel, coefficient ``c`` of its integral, the row of ``q sigma`` over ``now``, and ``q``"
+    )
+    times: int = quantity("``N``: ``N`` times the fall of ``V`` is above the squares of ``rows``")
+    block: list[list[int]] = quantity("``Pi``")
+    pairs: list[list[int]] = quantity("The rows that ``Pi`` is about, of which the products are then made")
+    cones: list[list[list[int]]] = quantity("Upper triangles by rows of twice the forms with entries ``>= 0``")
+    beside: int = quantity("For each upper bound: with so many squares of ``phi - l sigma`` beside it", default=0)
 
     @property
     def small(self) -> list[list[int]]:

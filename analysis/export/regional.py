@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -16,31 +16,22 @@ from lure.analysis.export.interval import interval_text
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.quadratic import Forms, Vector, bilinear, forms, less, mix, nonnegative, whole
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
+from lure.record import described, quantity
 
 MOST_ENTRIES = 20  # states and channels
 MOST_DOUBLINGS = 300
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class _Term:
-    """A product ``(u sigma - phi)(phi - v)`` that is not negative on the set.
+    """A product ``(u sigma - phi)(phi - v)`` that is not negative on the set."""
 
-    Attributes
-    ----------
-    channel : int
-        From 0.
-    sector : tuple of Fraction, or None
-        ``v = l sigma``, with ``u``; None for a line with limits.
-    reach : Fraction
-        Up to which ``|sigma|`` the sector holds.
-    row : list of Fraction
-        ``v = e sigma + row x``, for a line with limits.
-    """
-
-    channel: int
-    sector: tuple[Fraction, Fraction] | None = None
-    reach: Fraction = Fraction(0)
-    row: Vector
+    channel: int = quantity("From 0")
+    sector: tuple[Fraction, Fraction] | None = quantity(
+        "``v = l sigma``, with ``u``; None for a line with limits", default=None
+    )
+    reach: Fraction = quantity("Up to which ``|sigma|`` the sector holds", default=Fraction(0))
+    row: Vector = quantity("``v = e sigma + row x``, for a line with limits")
 
 
 def regional_text(data: Mapping[str, Any], claim: str) -> str:

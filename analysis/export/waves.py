@@ -4,42 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.certificates.arithmetic import Form
 from lure.analysis.export.circle import added, times
 from lure.analysis.export.quadratic import whole
 from lure.analysis.export.words import folded, integers
+from lure.record import described, quantity
 
 Poly = list[int]
 ONE, ORDER, TERMS, DOUBLED = 1 << 80, 8, 9, 16
 GRID, MOST_INTERVALS = 1 << 14, 300
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Waves:
-    """``K Re F(omega) = p(u) + sum P(u) cos(k u/q) + Q(u) sin(k u/q)`` with ``u = GRID omega``, in integers.
+    """``K Re F(omega) = p(u) + sum P(u) cos(k u/q) + Q(u) sin(k u/q)`` with ``u = GRID omega``, in integers."""
 
-    Attributes
-    ----------
-    p : list of int
-        What has no delay, the lowest coefficient first.
-    terms : list of tuple
-        ``k > 0``, ``P`` and ``Q``.
-    q : int
-        The denominator of the angles.
-    factor : Fraction
-        ``K``.
-    delays : list of Fraction
-        The delays, positive.
-    """
-
-    p: Poly
-    terms: list[tuple[int, Poly, Poly]]
-    q: int
-    factor: Fraction
-    delays: list[Fraction]
+    p: Poly = quantity("What has no delay, the lowest coefficient first")
+    terms: list[tuple[int, Poly, Poly]] = quantity("``k > 0``, ``P`` and ``Q``")
+    q: int = quantity("The denominator of the angles")
+    factor: Fraction = quantity("``K``")
+    delays: list[Fraction] = quantity("The delays, positive")
 
     @classmethod
     def of(cls, F: Form) -> Waves:
