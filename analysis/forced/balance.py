@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.forced.loop import ForcedLoop
 from lure.arrays import Complexes, Reals, np
+from lure.record import described, quantity
 
 _BY_NEWTON, _STEPS, _TRIED, _HALVINGS, _SMALL = 24, 60, 25, 12, 1e-13
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Wave:
-    r"""``w(t) = constant + amplitude sin(omega t)``, looked at over ``periods`` of its periods.
+    r"""``w(t) = constant + amplitude sin(omega t)``, looked at over ``periods`` of its periods."""
 
-    Attributes
-    ----------
-    constant, amplitude : tuple of Fraction
-        (p,) [unit of w].
-    omega : Fraction
-        [rad/s]; 0 for a constant input.
-    periods : int
-        How many periods of the input the solution looked for has: more than 1 for a subharmonic.
-    """
-
-    constant: tuple[Fraction, ...]
-    amplitude: tuple[Fraction, ...]
-    omega: Fraction
-    periods: int = 1
+    constant: tuple[Fraction, ...] = quantity("(p,)", "unit of w")
+    amplitude: tuple[Fraction, ...] = quantity("(p,)", "unit of w")
+    omega: Fraction = quantity("[rad/s]; 0 for a constant input")
+    periods: int = quantity(
+        "How many periods of the input the solution looked for has: more than 1 for a subharmonic", default=1
+    )
 
     @property
     def base(self) -> Fraction:
@@ -47,29 +40,15 @@ class Wave:
         return found
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Balanced:
-    """Harmonics ``c_k`` of the ``psi_i(sigma_i)`` that nearly balance the loop.
+    """Harmonics ``c_k`` of the ``psi_i(sigma_i)`` that nearly balance the loop."""
 
-    Attributes
-    ----------
-    wave : Wave
-        The input.
-    psi : ndarray
-        (m, count + 1) complex, ``psi = Re sum c_k e^(i k base t)``, the first column real.
-    residual : float
-        By how much the harmonics do not balance.
-    missed : float
-        Mean square root of what they miss of ``psi(sigma)``, by samples.
-    peak : float
-        Largest ``|z|``, by samples.
-    """
-
-    wave: Wave
-    psi: Complexes
-    residual: float
-    missed: float
-    peak: float
+    wave: Wave = quantity("The input")
+    psi: Complexes = quantity("(m, count + 1) complex, ``psi = Re sum c_k e^(i k base t)``, the first column real")
+    residual: float = quantity("By how much the harmonics do not balance")
+    missed: float = quantity("Mean square root of what they miss of ``psi(sigma)``, by samples")
+    peak: float = quantity("Largest ``|z|``, by samples")
 
     @property
     def count(self) -> int:

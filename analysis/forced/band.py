@@ -17,6 +17,7 @@ from lure.analysis.numerics.precision import ball, outward, upward, working_prec
 from lure.analysis.verdict import Bracket
 from lure.arrays import Reals, np
 from lure.errors import InputError
+from lure.record import described, quantity
 
 BITS = 96
 _LEAST_POINTS, _PER_HARMONIC, _PEAK_STEPS, _CLOSE, _MOST_HARMONICS, _FEW_HARMONICS = 1024, 64, 400, 1e-12, 8192, 128
@@ -29,32 +30,20 @@ class NotEnclosed(InputError):
     """A nonlinearity whose value or slope has no finite ball on the way of ``sigma``."""
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Residual:
-    """What the harmonics of ``psi`` miss of ``psi(sigma)``, and the ``sigma`` and ``z`` they make.
+    """What the harmonics of ``psi`` miss of ``psi(sigma)``, and the ``sigma`` and ``z`` they make."""
 
-    Attributes
-    ----------
-    rows : list of Harmonics
-        Of each ``sigma_i``, then of each entry of ``z``.
-    responses : list of acb_mat
-        Of ``(sigma, z)`` to each harmonic of ``nu``, without the direct term.
-    low : list of list of arb
-        Of each channel the size of each harmonic ``e_k`` of ``sum e_k e^(i k theta)``, at most.
-    mean : arb
-        Mean square root over a period of all channels together, from above.
-    largest : arb
-        What no channel exceeds at any time.
-    parts : list of ndarray
-        What each channel does not exceed on each of equal parts of a period, the first around its beginning.
-    """
-
-    rows: list[Harmonics]
-    responses: list[acb_mat]
-    low: list[list[arb]]
-    mean: arb
-    largest: arb
-    parts: list[Reals]
+    rows: list[Harmonics] = quantity("Of each ``sigma_i``, then of each entry of ``z``")
+    responses: list[acb_mat] = quantity("Of ``(sigma, z)`` to each harmonic of ``nu``, without the direct term")
+    low: list[list[arb]] = quantity(
+        "Of each channel the size of each harmonic ``e_k`` of ``sum e_k e^(i k theta)``, at most"
+    )
+    mean: arb = quantity("Mean square root over a period of all channels together, from above")
+    largest: arb = quantity("What no channel exceeds at any time")
+    parts: list[Reals] = quantity(
+        "What each channel does not exceed on each of equal parts of a period, the first around its beginning"
+    )
 
     def filtered(self, loop: ForcedLoop, smooth: Sequence[arb]) -> Filtered:
         """What the loop around the gains makes of it.
@@ -102,29 +91,15 @@ class Filtered(NamedTuple):
     tops: list[arb]
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Band:
-    """Peaks of the solution over a period.
+    """Peaks of the solution over a period."""
 
-    Attributes
-    ----------
-    sigma : tuple of Bracket
-        ``max |sigma_i(t)|``.
-    z : Bracket
-        ``max |z(t)|``, the Euclidean length.
-    error : float
-        How far ``z`` is from the balanced one at any time, at most.
-    mean_error : float
-        The same in the mean square of ``sigma`` over a period.
-    residual : float
-        The mean square root of what the harmonics miss.
-    """
-
-    sigma: tuple[Bracket, ...]
-    z: Bracket
-    error: float
-    mean_error: float
-    residual: float
+    sigma: tuple[Bracket, ...] = quantity("``max |sigma_i(t)|``")
+    z: Bracket = quantity("``max |z(t)|``, the Euclidean length")
+    error: float = quantity("How far ``z`` is from the balanced one at any time, at most")
+    mean_error: float = quantity("The same in the mean square of ``sigma`` over a period")
+    residual: float = quantity("The mean square root of what the harmonics miss")
 
 
 def residual(loop: ForcedLoop, found: Balanced, each: int = _PER_HARMONIC) -> Residual:

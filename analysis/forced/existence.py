@@ -25,38 +25,23 @@ from lure.analysis.forced.loop import Curve, ForcedLoop
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import Complexes, np
+from lure.record import described, quantity
 
 _POINTS, _KINKED, _FINER, _NEAR = 4096, 16384, 16, 1e-6
 _LOW, _RADII, _START, _STEP = (16, 32, 64, 96), 8, 1.2, 1.7
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Existing:
-    """A periodic solution that exists.
+    """A periodic solution that exists."""
 
-    Attributes
-    ----------
-    found : Balanced
-        The balance it is near to.
-    rows : list
-        The harmonics of ``sigma`` and ``z`` there.
-    radius : float
-        How far ``sigma`` is from the balanced one at any time, at most.
-    z, sigma : Bracket, tuple of Bracket
-        Peaks over a period.
-    error : float
-        How far ``z`` is from the balanced one at any time, at most.
-    residual : float
-        Mean square root of what the harmonics miss.
-    """
-
-    found: Balanced
-    rows: list[list[acb]]
-    radius: float
-    z: Bracket
-    sigma: tuple[Bracket, ...]
-    error: float
-    residual: float
+    found: Balanced = quantity("The balance it is near to")
+    rows: list[list[acb]] = quantity("The harmonics of ``sigma`` and ``z`` there")
+    radius: float = quantity("How far ``sigma`` is from the balanced one at any time, at most")
+    z: Bracket = quantity("Its peak over a period")
+    sigma: tuple[Bracket, ...] = quantity("Their peaks over a period")
+    error: float = quantity("How far ``z`` is from the balanced one at any time, at most")
+    residual: float = quantity("Mean square root of what the harmonics miss")
 
     def apart(self, other: Existing) -> bool:
         """Whether the two solutions are certainly not the same."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -25,6 +24,7 @@ from lure.nonlinearities.reading import control_saturation
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.performance import Performance, Rows
+from lure.record import described, quantity
 
 # Nonlinearities with their first two derivatives on intervals, in ball arithmetic.
 
@@ -132,7 +132,7 @@ _BITS = 192
 _POINTS, _DECADE, _SHARE, _HALF_TURN = 25, 10.0, 1e-9, 3.14
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class ForcedLoop:
     r"""The loop with an input, and gains ``g_i`` taken out of its nonlinearities.
 
@@ -141,37 +141,20 @@ class ForcedLoop:
 
     in discrete time with ``x+``.  If the slopes of ``phi_i`` lie in ``[l_i, k_i]`` and ``g_i`` in their middle, the
     differences of ``psi_i`` are at most ``kappa_i = (k_i - l_i)/2`` times those of ``sigma_i``.
-
-    Attributes
-    ----------
-    A, B, C, D, E, F : fmpq_mat
-        Exactly; ``C``, ``D`` and ``F`` have the rows of ``sigma``, then those of ``z``.
-    gains : tuple of Fraction
-        ``g``.
-    spread : tuple of Fraction
-        ``kappa``.
-    nonlinearities : tuple of Nonlinearity
-        ``phi``.
-    curves : tuple of Curve
-        Their enclosures.
-    degrees : tuple of int or None
-        Of those that are polynomials.
-    discrete : bool
-        Whether in discrete time.
     """
 
-    A: fmpq_mat
+    A: fmpq_mat = quantity("Exactly, as the others")
     B: fmpq_mat
-    C: fmpq_mat
+    C: fmpq_mat = quantity("The rows of ``sigma``, then those of ``z``, as in ``D`` and ``F``")
     D: fmpq_mat
     E: fmpq_mat
     F: fmpq_mat
-    gains: tuple[Fraction, ...]
-    spread: tuple[Fraction, ...]
-    nonlinearities: tuple[Nonlinearity, ...]
-    curves: tuple[Curve, ...]
-    degrees: tuple[int | None, ...]
-    discrete: bool
+    gains: tuple[Fraction, ...] = quantity("``g``")
+    spread: tuple[Fraction, ...] = quantity("``kappa``")
+    nonlinearities: tuple[Nonlinearity, ...] = quantity("``phi``")
+    curves: tuple[Curve, ...] = quantity("Their enclosures")
+    degrees: tuple[int | None, ...] = quantity("Of those that are polynomials")
+    discrete: bool = quantity("Whether in discrete time")
 
     @classmethod
     def around(

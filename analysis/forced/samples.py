@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
@@ -31,6 +30,7 @@ from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import Complexes, Reals, linalg, np
+from lure.record import described, quantity
 
 _SHARES, _MARGIN, _DIGITS = (0.3, 0.6, 0.85), 1e-7, 12
 _COUNTS, _CLOSE = (16, 64, 256), 2e-5
@@ -38,23 +38,13 @@ _ROUNDS, _ENOUGH, _SLOWLY = 4000, 1e-13, 0.999
 _TAIL, _MOST_STEPS, _OFF, _ROUNDED, _EACH = 1e-6, 4096, 1e-3, 1e-9, 16
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class Falling:
-    """A function ``V = x'P x`` of the difference of two states: ``V(x+) <= rho2 V(x) + sum_i pushes_i e_i^2``.
+    """A function ``V = x'P x`` of the difference of two states: ``V(x+) <= rho2 V(x) + sum_i pushes_i e_i^2``."""
 
-    Attributes
-    ----------
-    P : fmpq_mat
-        Exactly.
-    rho2 : Fraction
-        Below 1.
-    pushes : tuple of Fraction
-        ``beta``, what is added to ``mu_i`` being off by ``e_i``.
-    """
-
-    P: fmpq_mat
-    rho2: Fraction
-    pushes: tuple[Fraction, ...]
+    P: fmpq_mat = quantity("Exactly")
+    rho2: Fraction = quantity("Below 1")
+    pushes: tuple[Fraction, ...] = quantity("``beta``, what is added to ``mu_i`` being off by ``e_i``")
 
 
 def falling(loop: ForcedLoop, factor: float) -> Falling | None:
