@@ -9,7 +9,6 @@ programme.  Nothing here is believed: a checker decides with rational numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from math import comb, inf, prod
@@ -20,6 +19,7 @@ from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_bas
 from lure.arrays import Reals, balanced, np
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
+from lure.record import described, quantity
 
 _LARGEST, _SURE, _MOST, _BITS = 4e7, 1e-8, 1e5, 48
 _SLACK = 1e-8  # of the least square of a gain, in units of the plant
@@ -61,32 +61,21 @@ class _Units(NamedTuple):
     time: float
 
 
-@dataclass
+@described()
 class BoxMatrices:
-    """The programme for some plants and classes.
+    """The programme for some plants and classes."""
 
-    Parameters
-    ----------
-    family : ChannelFamily
-        The plants; from ``w`` to ``z`` are the last channels.
-    blocks : sequence of range
-        The channels that have one weight: each alone, but those of an operator.
-    performance : range or None
-        The channels from ``w`` to ``z``.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    rate : float
-        In continuous time the plants are those of the solutions times ``e^(rate t)``; then ``theta >= 0``.
-    sloped : sequence of bool
-        With a rate: in which channels the slopes are in the bounds of the sector.
-    """
-
-    family: ChannelFamily
-    blocks: Sequence[range]
-    performance: range | None
-    free: Sequence[bool]
-    rate: float = 0.0
-    sloped: Sequence[bool] = ()
+    family: ChannelFamily = quantity("The plants; from ``w`` to ``z`` are the last channels")
+    blocks: Sequence[range] = quantity("The channels that have one weight: each alone, but those of an operator")
+    performance: range | None = quantity("The channels from ``w`` to ``z``")
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    rate: float = quantity(
+        "In continuous time the plants are those of the solutions times ``e^(rate t)``; then ``theta >= 0``",
+        default=0.0,
+    )
+    sloped: Sequence[bool] = quantity(
+        "With a rate: in which channels the slopes are in the bounds of the sector", default=()
+    )
 
     def __post_init__(self) -> None:
         self.terms = [

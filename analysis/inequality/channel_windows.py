@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -20,28 +20,19 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.order_cones import OrderCones
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
 from lure.arrays import NDArray, Reals, linalg, np, optimize
+from lure.record import described, quantity
 
 _LEAST, _ROUNDS, _BITS, _DIGITS = 1e-7, 80, 56, 10**9
 _SLACKS, _RAISED = (0.5, 0.1, 1e-2, 1e-3), (0.0, 1e-8, 1e-7, 1e-6)
 
 
-@dataclass
+@described()
 class ChannelWindows(ShiftedLoop):
-    """The inequality of one plant and lower bounds; parameters as for the diagonal multipliers.
+    """The inequality of one plant and lower bounds; parameters as for the diagonal multipliers."""
 
-    Parameters
-    ----------
-    blocks : sequence of sequence of int
-        The channels of each nonlinearity.
-    odd : sequence of bool
-        Of each nonlinearity, whether it is odd.
-    samples : int
-        Number ``T``; the samples of a block are at most 4.
-    """
-
-    blocks: Sequence[Sequence[int]] = ()
-    odd: Sequence[bool] = ()
-    samples: int = 2
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity", default=())
+    odd: Sequence[bool] = quantity("Of each nonlinearity, whether it is odd", default=())
+    samples: int = quantity("Number ``T``; the samples of a block are at most 4", default=2)
     precision: ClassVar[float] = 1e-5
     cuts: list[tuple[float, NDArray[np.complex128]]] = field(default_factory=list)
 

@@ -14,7 +14,6 @@ taken apart (:mod:`lure.analysis.inequality.zero_modes`).  Nothing here is belie
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
@@ -25,21 +24,16 @@ from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, Proposal, ShiftedLoop, Widths
 from lure.analysis.inequality.zero_modes import ZeroModes, doubles, whole
 from lure.arrays import NDArray, np
+from lure.record import described, quantity
 
 MOST_STATES = 30  # determinants of larger loops take long
 
 
-@dataclass
+@described()
 class ChannelInequality(ShiftedLoop):
-    """The inequality with diagonal multipliers; parameters as for :class:`ShiftedLoop`.
+    """The inequality with diagonal multipliers; parameters as for :class:`ShiftedLoop`."""
 
-    Parameters
-    ----------
-    modes : ZeroModes or None
-        The eigenvalues 0 of the loop with the lower bounds.
-    """
-
-    modes: ZeroModes | None = None
+    modes: ZeroModes | None = quantity("The eigenvalues 0 of the loop with the lower bounds", default=None)
 
     @cached_property
     def cone(self) -> KernelCone:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.inequality.gains import gain_intervals
@@ -12,25 +11,18 @@ from lure.analysis.numerics.polynomial import is_hurwitz
 from lure.classes import Sector
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # Encirclements of the Nyquist plot, counted from exact root counts and from no plot.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Encirclements:
-    """How often the Nyquist plot of ``H`` winds round ``-1/kappa``.
+    """How often the Nyquist plot of ``H`` winds round ``-1/kappa``."""
 
-    Attributes
-    ----------
-    counterclockwise : int
-        ``open_loop - closed_loop``; negative for clockwise turns.
-    open_loop, closed_loop : int
-        Poles of ``H`` and roots of ``d + kappa n`` in the right half-plane (outside the circle), hidden modes too.
-    """
-
-    counterclockwise: int
-    open_loop: int
-    closed_loop: int
+    counterclockwise: int = quantity("``open_loop - closed_loop``; negative for clockwise turns")
+    open_loop: int = quantity("Poles of ``H`` in the right half-plane (outside the circle), hidden modes too")
+    closed_loop: int = quantity("Roots of ``d + kappa n`` there, hidden modes too")
 
 
 def encirclements(block: RationalPlant, kappa: Fraction) -> Encirclements:

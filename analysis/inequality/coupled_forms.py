@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
@@ -29,6 +28,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
+from lure.record import described, quantity
 
 Kind = Literal["relu", "monotone", "odd", "sector", "operator", "rising", "odd rising", "falling", "odd falling"]
 Samples = TypeVar("Samples", bound="NDArray[Any]")
@@ -138,35 +138,21 @@ class Solved(NamedTuple):
     theta: NDArray[np.float64]
 
 
-@dataclass
+@described()
 class CoupledForms(ChannelSearch):
-    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`.
+    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`."""
 
-    Parameters
-    ----------
-    groups : sequence of Group
-        Each channel stands in one.
-    samples : int
-        Number ``T``; one in continuous time.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    popov : bool
-        Whether a certificate states ``theta``.
-    discrete : bool
-        Whether in discrete time.
-    rate : Fraction or None
-        The loop is that of the solutions times ``rate^-t``, or ``e^(rate t)``.
-    sloped : sequence of bool
-        With a rate: in which channels the slopes are in the bounds of the sector.
-    """
-
-    groups: Sequence[Group]
-    samples: int
-    free: Sequence[bool]
-    popov: bool
-    discrete: bool
-    rate: Fraction | None = None
-    sloped: Sequence[bool] = ()
+    groups: Sequence[Group] = quantity("Each channel stands in one")
+    samples: int = quantity("Number ``T``; one in continuous time")
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    popov: bool = quantity("Whether a certificate states ``theta``")
+    discrete: bool = quantity("Whether in discrete time")
+    rate: Fraction | None = quantity(
+        "The loop is that of the solutions times ``rate^-t``, or ``e^(rate t)``", default=None
+    )
+    sloped: Sequence[bool] = quantity(
+        "With a rate: in which channels the slopes are in the bounds of the sector", default=()
+    )
     precision: ClassVar[float] = 1e-6
 
     def __post_init__(self) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -37,6 +36,7 @@ from lure.analysis.inequality.zero_modes import (
 )
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 _SURE, _LARGEST, _LARGEST_THETA, _BITS = 1e-7, 100.0, 1e4, 56
 _ROOMS = (1e-6, 1e-5, 1e-4)  # by which the form is positive where it need not be 0, so that rounding leaves it so
@@ -57,32 +57,16 @@ class _Vertex(NamedTuple):
     still: Exact
 
 
-@dataclass
+@described()
 class CriticalBlock(ChannelSearch):
-    """The search for one plant; the others: see :class:`ChannelSearch`.
+    """The search for one plant; the others: see :class:`ChannelSearch`."""
 
-    Parameters
-    ----------
-    loop : sequence of matrices
-        ``A``, ``B``, ``C`` and ``D`` exactly, shifted by the lower bounds.
-    own : sequence of sequence of Fraction
-        ``C`` as it was given.
-    modes : ZeroModes
-        The eigenvalues 0 (1) of the loop.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    popov : bool
-        Whether a certificate states ``theta``.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    loop: Sequence[Rows]
-    own: Rows
-    modes: ZeroModes
-    free: Sequence[bool]
-    popov: bool
-    discrete: bool
+    loop: Sequence[Rows] = quantity("``A``, ``B``, ``C`` and ``D`` exactly, shifted by the lower bounds")
+    own: Rows = quantity("``C`` as it was given")
+    modes: ZeroModes = quantity("The eigenvalues 0 (1) of the loop")
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    popov: bool = quantity("Whether a certificate states ``theta``")
+    discrete: bool = quantity("Whether in discrete time")
     precision: ClassVar[float] = 1e-6
 
     @property

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -38,6 +37,7 @@ from lure.analysis.inequality.zero_modes import (
 )
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 _SURE, _LARGEST, _LEAST, _BITS = 1e-7, 100.0, 1e-8, 56
 
@@ -51,23 +51,13 @@ class _Rest(NamedTuple):
     theta: Reals
 
 
-@dataclass(kw_only=True)
+@described(kw_only=True)
 class CriticalForms(CoupledForms):
-    """The search beside eigenvalues 0 (1); the others: see :class:`CoupledForms`.
+    """The search beside eigenvalues 0 (1); the others: see :class:`CoupledForms`."""
 
-    Parameters
-    ----------
-    plant : Plant
-        As it was given, exactly.
-    least : sequence of Fraction
-        (m,) the lower bounds.
-    modes : ZeroModes
-        The eigenvalues 0 of the loop with these.
-    """
-
-    plant: Plant = field()
-    least: Sequence[Fraction] = field()
-    modes: ZeroModes = field()
+    plant: Plant = quantity("As it was given, exactly")
+    least: Sequence[Fraction] = quantity("(m,) the lower bounds")
+    modes: ZeroModes = quantity("The eigenvalues 0 of the loop with these")
 
     @cached_property
     def _loop(self) -> Loop:

@@ -21,6 +21,7 @@ from lure.analysis.verdict import Bracket
 from lure.arrays import np
 from lure.errors import AssumptionError, Reason
 from lure.plants.delay import DelayPlant
+from lure.record import described, quantity
 
 # ``Re H`` and ``-w Im H`` of a block with dead time, on balls and power series, with a bound for high frequencies.
 #
@@ -48,29 +49,15 @@ class _Term:
     top: fmpq_poly
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class DelayResponse:
-    """The response on the axis of a strictly proper block that is stable or has one simple pole at 0 besides.
+    """The response on the axis of a strictly proper block that is stable or has one simple pole at 0 besides."""
 
-    Attributes
-    ----------
-    terms : tuple
-        One for each delay.
-    size : fmpq_poly
-        ``|d|^2`` (or ``|d_1|^2``) in ``x = w^2``, positive for ``x >= 0``.
-    bottom : fmpq_poly
-        ``d``.
-    critical : bool
-        Whether ``d`` has the root 0, or ``chi``.
-    back : tuple of (Fraction, fmpq_poly)
-        What is added to ``d`` with dead time, in ``chi``.
-    """
-
-    terms: tuple[_Term, ...]
-    size: fmpq_poly
-    bottom: fmpq_poly
-    critical: bool
-    back: Parts = ()
+    terms: tuple[_Term, ...] = quantity("One for each delay")
+    size: fmpq_poly = quantity("``|d|^2`` (or ``|d_1|^2``) in ``x = w^2``, positive for ``x >= 0``")
+    bottom: fmpq_poly = quantity("``d``")
+    critical: bool = quantity("Whether ``d`` has the root 0, or ``chi``")
+    back: Parts = quantity("What is added to ``d`` with dead time, in ``chi``", default=())
 
     @classmethod
     def of(cls, block: DelayPlant) -> DelayResponse:
@@ -436,7 +423,7 @@ def raised(gains: Bracket, lower: Fraction) -> Bracket:
     return Bracket(low, high)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class DelayInequality:
     """``1/k + Re[(1 + i omega theta) H(i omega)] > 0`` on ``[0, inf]``, by branch and bound in balls.
 
@@ -444,20 +431,13 @@ class DelayInequality:
 
     The infimum over frequency is concave in ``theta``; its maximum is enclosed between two multipliers whose worst
     frequencies pull to opposite sides, and the two together bound what any multiplier can reach.
-
-    Attributes
-    ----------
-    plant : Delayed
-        The plant.
-    weighted : bool
-        Whether there is a ``theta``; else it is 0, as in the circle criterion.
-    lower : Fraction
-        The lower end of the classes; ``plant`` is that of ``phi - lower sigma``.
     """
 
-    plant: Delayed
-    weighted: bool
-    lower: Fraction = Fraction(0)
+    plant: Delayed = quantity("The plant")
+    weighted: bool = quantity("Whether there is a ``theta``; else it is 0, as in the circle criterion")
+    lower: Fraction = quantity(
+        "The lower end of the classes; ``plant`` is that of ``phi - lower sigma``", default=Fraction(0)
+    )
 
     @classmethod
     def of(cls, block: DelayPlant, lower: Fraction, *, weighted: bool) -> DelayInequality:

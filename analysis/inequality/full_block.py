@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
@@ -27,6 +27,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal, ShiftedLoop, Widths
 from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
 from lure.arrays import NDArray, np
+from lure.record import described, quantity
 
 MOST_STATES, MOST_CHANNELS, MOST_ORTHANTS = 20, 6, 4  # beyond them a programme takes seconds, and a search a minute
 _SURE, _LARGEST, _LARGEST_THETA = 1e-7, 100.0, 1e4
@@ -60,17 +61,13 @@ def signs(m: int) -> list[tuple[int, ...]]:
     return [(1, *rest) for rest in product((1, -1), repeat=m - 1)]
 
 
-@dataclass
+@described()
 class FullBlockInequality(ShiftedLoop):
-    """The inequality of one plant and lower bounds with full-block multipliers; parameters as for the diagonal ones.
+    """The inequality of one plant and lower bounds with full-block multipliers; parameters as for the diagonal ones."""
 
-    Parameters
-    ----------
-    orthants : bool
-        Whether ``Pi`` is shown to be a multiplier by its orthants; else by its vertices.
-    """
-
-    orthants: bool = False
+    orthants: bool = quantity(
+        "Whether ``Pi`` is shown to be a multiplier by its orthants; else by its vertices", default=False
+    )
     latest: tuple[NDArray[np.float64], FullBlock | None] = field(
         default_factory=lambda: (np.zeros(0), None), init=False
     )

@@ -9,7 +9,6 @@ moves ``p`` most.  A tree of boxes with directions is proposed; a checker decide
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from typing import Any, ClassVar
@@ -18,6 +17,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 MOST_STATES, MOST_CHANNELS = 24, 6
 _LEAVES, _ALL_LEAVES, _GRID, _DEEPEST = 150, 500, 320, 40
@@ -27,20 +27,12 @@ _ROOM = 1e-7  # of the half turn that the vertices may fill
 _KEPT = 0.03  # cosine of the angle to the values up to which a direction is kept for the next frequency
 
 
-@dataclass
+@described()
 class GainBox(ChannelSearch):
-    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`.
+    """The search for one plant and lower bounds; the others: see :class:`ChannelSearch`."""
 
-    Parameters
-    ----------
-    blocks : tuple of range
-        The channels with one gain each.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    blocks: tuple[range, ...]
-    discrete: bool
+    blocks: tuple[range, ...] = quantity("The channels with one gain each")
+    discrete: bool = quantity("Whether in discrete time")
 
     precision: ClassVar[float] = 1e-5
 

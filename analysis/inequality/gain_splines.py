@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import product
 from math import comb, prod
@@ -22,6 +22,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
 from lure.arrays import NDArray, Reals, balanced, np
+from lure.record import described, quantity
 
 SPLINES = {1: ((1, 1), (2, 4), (3, 16)), 2: ((1, 1), (2, 1), (2, 2)), 3: ((1, 1), (2, 1))}
 """For each number of gains the degrees of the splines that are tried, and how many pieces each interval has."""
@@ -37,30 +38,16 @@ class _Found(NamedTuple):
     theta: Reals
 
 
-@dataclass
+@described()
 class GainSplines(ChannelSearch):
-    """The search for one plant, lower bounds and kind of spline; the others: see :class:`ChannelSearch`.
+    """The search for one plant, lower bounds and kind of spline; the others: see :class:`ChannelSearch`."""
 
-    Parameters
-    ----------
-    gains : sequence of range
-        The channels of each unknown gain; ``D`` has no entry between two of them.
-    rates : sequence of float
-        Of each gain, 0 for constant ones.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    discrete : bool
-        Whether in discrete time.
-    degree, pieces : int
-        Of the spline in each gain.
-    """
-
-    gains: Sequence[range]
-    rates: Sequence[float]
-    free: Sequence[bool]
-    discrete: bool
-    degree: int
-    pieces: int
+    gains: Sequence[range] = quantity("The channels of each unknown gain; ``D`` has no entry between two of them")
+    rates: Sequence[float] = quantity("Of each gain, 0 for constant ones")
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    discrete: bool = quantity("Whether in discrete time")
+    degree: int = quantity("Degree of the spline in each gain")
+    pieces: int = quantity("Pieces of the spline in each gain")
     known: dict[tuple[float, ...], tuple[float, _Found | None]] = field(default_factory=dict, repr=False)
     needed: dict[tuple[int, ...], list[set[int]]] = field(default_factory=dict, repr=False)
 

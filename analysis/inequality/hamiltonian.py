@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from flint import fmpq
 
@@ -13,6 +13,7 @@ from lure.analysis.numerics.polynomial import to_fmpq, to_fraction
 from lure.arrays import NDArray, linalg, np
 from lure.errors import AssumptionError, Reason
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 TOLERANCE = fmpq(1, 10**8)
 NEAR_AXIS = 1e-3
@@ -23,31 +24,19 @@ SHARP, FLANKS = 1e-2, [-2.5, -1.0, -0.4, 0.4, 1.0, 2.5]
 FAR = 40
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@described(frozen=True, slots=True, eq=False)
 class HamiltonianFamily:
-    """``Re[(1 + i omega theta) H(i omega)]`` of a stable state-space block.
+    """``Re[(1 + i omega theta) H(i omega)]`` of a stable state-space block."""
 
-    Attributes
-    ----------
-    A, B, C : ndarray
-        Shapes ``(n, n)``, ``(n,)``, ``(n,)``.
-    direct : float
-        ``D``.
-    marks, at_marks : ndarray
-        Where the search begins [rad/s], and ``H`` there.
-    triangle, inward, outward : ndarray
-        Complex Schur form of ``A``, with ``B`` and ``C`` in its basis.
-    """
-
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    direct: float
-    marks: NDArray[np.float64] = field(repr=False)
-    at_marks: NDArray[np.complex128] = field(repr=False)
-    triangle: NDArray[np.complex128] = field(repr=False)
-    inward: NDArray[np.complex128] = field(repr=False)
-    outward: NDArray[np.complex128] = field(repr=False)
+    A: NDArray[np.float64] = quantity("(n, n)")
+    B: NDArray[np.float64] = quantity("(n,)")
+    C: NDArray[np.float64] = quantity("(n,)")
+    direct: float = quantity("``D``")
+    marks: NDArray[np.float64] = quantity("Where the search begins", "rad/s", hidden=True)
+    at_marks: NDArray[np.complex128] = quantity("``H`` there", hidden=True)
+    triangle: NDArray[np.complex128] = quantity("Complex Schur form of ``A``", hidden=True)
+    inward: NDArray[np.complex128] = quantity("``B`` in its basis", hidden=True)
+    outward: NDArray[np.complex128] = quantity("``C`` in its basis", hidden=True)
 
     @classmethod
     def of(cls, block: StateSpace) -> HamiltonianFamily:

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement, product
 from typing import TYPE_CHECKING, NamedTuple
@@ -30,6 +29,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.kernels import Found, Kernel
 from lure.analysis.numerics.semidefinite import hermitian_duals, hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.inequality.shifted_loop import ShiftedLoop, Widths
@@ -87,52 +87,50 @@ def _crossing(value: Callable[[float], float], low: float, high: float) -> float
     return low
 
 
-@dataclass
+@described()
 class KernelCone:
-    """The multipliers of one loop, for any widths.
+    """The multipliers of one loop, for any widths."""
 
-    Parameters
-    ----------
-    plant : ShiftedLoop
-        The loop after the shift by the lower bounds; kernels are for continuous time.
-    blocks : sequence of sequence of int
-        Channels that share one nonlinearity which has slope bounds and does not depend on time; others have none.
-    odd : sequence of bool
-        Whether the nonlinearity of each channel is odd.
-    ratios : sequence of (int, float)
-        For each channel: ``gamma`` is the ratio times that of the channel, counted from 0, and not 0; none: any.
-    gains : sequence of int
-        The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on masses.
-    fixed : sequence of sequence of int
-        The channels of each operator that does not depend on time.
-    wide : sequence of sequence of int
-        Of these blocks those where ``He M > 0`` at every frequency is all that is asked: of one constant gain in
-        several channels, or one scalar operator.
-    residue : ndarray or None
-        ``R``, where the plant is that without ``R/s``: kernels are then on the diagonal, ``ratios`` those of ``M(0)``.
-    turning : sequence of (int, sequence of Fraction), or None
-        Which ``theta`` there are: of the channels of its first entries, all of them times what is beside each; None:
-        any.
-    scaled : sequence of int
-        The channels whose width grows with the factor, those of a gain; none: all.
-    rate : float
-        The loop is that of the solutions times ``e^(rate t)``: what kernels and ``theta`` take is weighed.
-    theta_signs : sequence of int
-        1 where ``theta`` may not be negative, -1 where not positive; none: any.
-    """
-
-    plant: ShiftedLoop
-    blocks: Sequence[Sequence[int]]
-    odd: Sequence[bool]
-    ratios: Sequence[tuple[int, float]] = ()
-    gains: Sequence[int] = ()
-    fixed: Sequence[Sequence[int]] = ()
-    wide: Sequence[Sequence[int]] = ()
-    residue: NDArray[np.float64] | None = None
-    turning: Sequence[tuple[int, Sequence[Fraction]]] | None = None
-    theta_signs: Sequence[int] = ()
-    scaled: Sequence[int] = ()
-    rate: float = 0.0
+    plant: ShiftedLoop = quantity("The loop after the shift by the lower bounds; kernels are for continuous time")
+    blocks: Sequence[Sequence[int]] = quantity(
+        "Channels that share one nonlinearity which has slope bounds and does not depend on time; others have none"
+    )
+    odd: Sequence[bool] = quantity("Whether the nonlinearity of each channel is odd")
+    ratios: Sequence[tuple[int, float]] = quantity(
+        "For each channel: ``gamma`` is the ratio times that of the channel, counted from 0, and not 0; none: any",
+        default=(),
+    )
+    gains: Sequence[int] = quantity(
+        "The channels with a constant gain each: ``Re M_ii > 0`` at every frequency takes the place of a bound on "
+        "masses",
+        default=(),
+    )
+    fixed: Sequence[Sequence[int]] = quantity("The channels of each operator that does not depend on time", default=())
+    wide: Sequence[Sequence[int]] = quantity(
+        "Of these blocks those where ``He M > 0`` at every frequency is all that is asked: of one constant gain in "
+        "several channels, or one scalar operator",
+        default=(),
+    )
+    residue: NDArray[np.float64] | None = quantity(
+        "``R``, where the plant is that without ``R/s``: kernels are then on the diagonal, ``ratios`` those of "
+        "``M(0)``",
+        default=None,
+    )
+    turning: Sequence[tuple[int, Sequence[Fraction]]] | None = quantity(
+        "Which ``theta`` there are: of the channels of its first entries, all of them times what is beside each; "
+        "None: any",
+        default=None,
+    )
+    theta_signs: Sequence[int] = quantity(
+        "1 where ``theta`` may not be negative, -1 where not positive; none: any", default=()
+    )
+    scaled: Sequence[int] = quantity(
+        "The channels whose width grows with the factor, those of a gain; none: all", default=()
+    )
+    rate: float = quantity(
+        "The loop is that of the solutions times ``e^(rate t)``: what kernels and ``theta`` take is weighed",
+        default=0.0,
+    )
 
     def __post_init__(self) -> None:
         size, plant = np.abs(np.linalg.eigvals(self.plant.A)), self.plant

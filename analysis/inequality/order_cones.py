@@ -14,13 +14,13 @@ Nothing here is believed; the forms found are decided in exact arithmetic by the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
 
 from lure.analysis.certificates.states import order_cones
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, np, optimize
+from lure.record import described, quantity
 
 _LEAST = 1e-7  # a smaller margin is none
 _WORTH = 1e-5  # the least relative gain that is looked for
@@ -28,23 +28,15 @@ _CLOSED = 1e-6  # where the search for the largest slope ends, relative
 _ROUNDS, _START, _FARTHEST = 60, 60, 1e9
 
 
-@dataclass
+@described()
 class OrderCones:
-    """The order cones of some samples, and the cuts found so far.
+    """The order cones of some samples, and the cuts found so far."""
 
-    Attributes
-    ----------
-    samples : int
-        Their number ``p``.
-    odd : bool
-        Whether for odd nonlinearities.
-    cuts : list of ndarray
-        Points ``w`` of the cones, (2 p,) of length 1, at which forms are to be nonnegative.
-    """
-
-    samples: int
-    odd: bool
-    cuts: list[Reals] = field(default_factory=list)
+    samples: int = quantity("Their number ``p``")
+    odd: bool = quantity("Whether for odd nonlinearities")
+    cuts: list[Reals] = quantity(
+        "Points ``w`` of the cones, (2 p,) of length 1, at which forms are to be nonnegative", default_factory=list
+    )
 
     @cached_property
     def rays(self) -> Reals:
@@ -84,23 +76,13 @@ class OrderCones:
         return float(least.min()), [w / np.linalg.norm(w) for w in points]
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class FormProposal:
-    """A multiplier ``sum of free + sum_i weight_i (1 - sign_i z^-shift_i)`` and a form, in floating point.
+    """A multiplier ``sum of free + sum_i weight_i (1 - sign_i z^-shift_i)`` and a form, in floating point."""
 
-    Attributes
-    ----------
-    free : float
-        Weight of 1.
-    weights : ndarray
-        (taps,) not negative.
-    M : ndarray
-        (2 T, 2 T), symmetric.
-    """
-
-    free: float
-    weights: Reals
-    M: Reals
+    free: float = quantity("Weight of 1")
+    weights: Reals = quantity("(taps,) not negative")
+    M: Reals = quantity("(2 T, 2 T), symmetric")
 
 
 class FormSearch:

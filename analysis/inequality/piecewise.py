@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -24,6 +23,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.semidefinite import hermitian_programme, hermitian_rows
 from lure.arrays import NDArray, np
+from lure.record import described, quantity
 
 _GRID, _BESIDE, _INSIDE, _BETWEEN, _CUTS, _ZOOMS, _DIPS, _DOUBLINGS, _FEW = 60, 30.0, 5, 8, 6, 4, 4, 12, 3
 _MOST_PIECES, _LONG = 1000, 1000
@@ -54,50 +54,34 @@ class _Basis(NamedTuple):
     local: NDArray[np.complex128]
 
 
-@dataclass
+@described()
 class Piecewise:
-    """The inequality of one plant, and of channels whose widths are given.
+    """The inequality of one plant, and of channels whose widths are given."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        The loop after the shift; of operators the shift is 0.
-    channels : sequence of Channel
-        In order.
-    blocks : sequence of sequence of int
-        The channels of each operator, and of each function of several channels.
-    discrete : bool
-        Whether in discrete time.
-    late : sequence of (float, ndarray)
-        Dead times [s], and what shows the states of that time to ``sigma``, (p, n).
-    gains : sequence of float or None
-        Beside dead times what the loop is shifted by.
-    inner : sequence of ndarray
-        (n, n) for each dead time, what shows the states of that time to themselves; or nothing.
-    rates : sequence of (ndarray, ndarray)
-        (p, n) and (n, n) for each, what shows ``x'`` of that time to ``sigma`` and to ``x'``; or nothing.
-    pace : float
-        A rate ``a``: Popov's terms need ``lambda >= |theta a|/w``.
-    zeros : int
-        Beside dead times how many poles at 0 there are after the shift.
-    ties : sequence of (int, int, Fraction)
-        Channels ``i``, ``j`` and a number ``q``: ``lambda_j = q lambda_i``.
-    """
-
-    A: NDArray[np.float64]
+    A: NDArray[np.float64] = quantity("The loop after the shift, with the other three; of operators the shift is 0")
     B: NDArray[np.float64]
     C: NDArray[np.float64]
     D: NDArray[np.float64]
-    channels: Sequence[Channel]
-    blocks: Sequence[Sequence[int]]
-    discrete: bool
-    late: Sequence[tuple[float, NDArray[np.float64]]] = ()
-    gains: Sequence[float] | None = None
-    inner: Sequence[NDArray[np.float64]] = ()
-    rates: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
-    pace: float = 0.0
-    zeros: int = 0
-    ties: Sequence[tuple[int, int, Fraction]] = ()
+    channels: Sequence[Channel] = quantity("In order")
+    blocks: Sequence[Sequence[int]] = quantity(
+        "The channels of each operator, and of each function of several channels"
+    )
+    discrete: bool = quantity("Whether in discrete time")
+    late: Sequence[tuple[float, NDArray[np.float64]]] = quantity(
+        "Dead times [s], and what shows the states of that time to ``sigma``, (p, n)", default=()
+    )
+    gains: Sequence[float] | None = quantity("Beside dead times what the loop is shifted by", default=None)
+    inner: Sequence[NDArray[np.float64]] = quantity(
+        "(n, n) for each dead time, what shows the states of that time to themselves; or nothing", default=()
+    )
+    rates: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = quantity(
+        "(p, n) and (n, n) for each, what shows ``x'`` of that time to ``sigma`` and to ``x'``; or nothing", default=()
+    )
+    pace: float = quantity("A rate ``a``: Popov's terms need ``lambda >= |theta a|/w``", default=0.0)
+    zeros: int = quantity("Beside dead times how many poles at 0 there are after the shift", default=0)
+    ties: Sequence[tuple[int, int, Fraction]] = quantity(
+        "Channels ``i``, ``j`` and a number ``q``: ``lambda_j = q lambda_i``", default=()
+    )
 
     def __post_init__(self) -> None:
         kinds = [one.kind for one in self.channels]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -20,51 +19,38 @@ from lure.analysis.numerics.polynomial import (
     to_fraction,
 )
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Case = Literal["stable", "critical", "unstable"]
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Response:
     """``Re H(i w) = U(x)/D(x)`` and ``-w Im H(i w) = W(x)/D(x)`` with ``x = w^2``, common powers of ``x`` divided out.
 
     ``D > 0`` on ``(0, inf)`` except at poles on the axis; in the critical case ``D(0) > 0`` too.
-
-    Attributes
-    ----------
-    D, U, W : fmpq_poly
-        Denominator and numerators.
     """
 
-    D: fmpq_poly
-    U: fmpq_poly
-    W: fmpq_poly
+    D: fmpq_poly = quantity("Denominator")
+    U: fmpq_poly = quantity("Numerator of ``Re H``")
+    W: fmpq_poly = quantity("Numerator of ``-w Im H``")
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class TransferPolynomials:
     r"""``H = n/d`` in continuous time, exact; a discrete-time block is mapped by ``z = (1 + s)/(1 - s)``.
 
     The map takes the unit disc to the left half-plane and the unit circle to the imaginary axis, ``z = 1`` to 0 and
     ``z = -1`` to infinity; stability, gains and the circle criterion carry over, multipliers in ``s`` do not.
-
-    Attributes
-    ----------
-    block : RationalPlant
-        The block as given.
-    n, d : fmpq_poly
-        Numerator and denominator, common factors kept.
-    hidden : fmpq_poly
-        Their greatest common divisor: modes that input or output does not see.
-    degree : int
-        Degree ``d`` would have; less than that, it has poles at infinity (discrete time: at ``z = -1``).
     """
 
-    block: RationalPlant
-    n: fmpq_poly
-    d: fmpq_poly
-    hidden: fmpq_poly
-    degree: int
+    block: RationalPlant = quantity("The block as given")
+    n: fmpq_poly = quantity("Numerator, common factors kept")
+    d: fmpq_poly = quantity("Denominator, common factors kept")
+    hidden: fmpq_poly = quantity("Their greatest common divisor: modes that input or output does not see")
+    degree: int = quantity(
+        "Degree ``d`` would have; less than that, it has poles at infinity (discrete time: at ``z = -1``)"
+    )
 
     @classmethod
     def of(cls, block: RationalPlant) -> TransferPolynomials:

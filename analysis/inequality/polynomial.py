@@ -29,37 +29,24 @@ from lure.analysis.numerics.polynomial import (
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import INFINITE, Bracket
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 TRIES = 100
 MARGIN_BITS = 128
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class RationalInequality:
-    """``1/(k - lower) + (U + theta W)/D > 0`` on ``[0, inf]`` with one weight ``theta``.
+    """``1/(k - lower) + (U + theta W)/D > 0`` on ``[0, inf]`` with one weight ``theta``."""
 
-    Attributes
-    ----------
-    plant : TransferPolynomials
-        The plant shifted by ``lower``.
-    lower : Fraction
-        Lower end of the classes.
-    family : PolynomialFamily
-        ``D``, ``U`` and ``W``.
-    weight : str
-        Name of ``theta``.
-    nonnegative : bool
-        Whether only ``theta >= 0`` is admitted.
-    squared : bool
-        Whether the variable is ``omega^2`` (in discrete time ``tan^2(omega/2)``); else it is ``omega``.
-    """
-
-    plant: TransferPolynomials
-    lower: Fraction
-    family: PolynomialFamily
-    weight: str = "theta"
-    nonnegative: bool = False
-    squared: bool = True
+    plant: TransferPolynomials = quantity("The plant shifted by ``lower``")
+    lower: Fraction = quantity("Lower end of the classes")
+    family: PolynomialFamily = quantity("``D``, ``U`` and ``W``")
+    weight: str = quantity("Name of ``theta``", default="theta")
+    nonnegative: bool = quantity("Whether only ``theta >= 0`` is admitted", default=False)
+    squared: bool = quantity(
+        "Whether the variable is ``omega^2`` (in discrete time ``tan^2(omega/2)``); else it is ``omega``", default=True
+    )
 
     @classmethod
     def of(
@@ -192,22 +179,15 @@ class RationalInequality:
         return -1 / to_fmpq(upper - self.lower) if upper > self.lower else level
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class LossyInequality:
     """``1/K + (U + q (W - K V))/D > 0`` with ``q, V >= 0``, ``K = k - lower``: a loss that grows with the class.
 
     Where it holds for one ``K``, it holds with the same ``q`` for every smaller one.
-
-    Attributes
-    ----------
-    base : RationalInequality
-        The same without loss.
-    loss : fmpq_poly
-        ``V``.
     """
 
-    base: RationalInequality
-    loss: fmpq_poly
+    base: RationalInequality = quantity("The same without loss")
+    loss: fmpq_poly = quantity("``V``")
 
     @property
     def grounds(self) -> Grounds:

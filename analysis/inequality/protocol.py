@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -12,76 +11,52 @@ from lure.plants.delay import DelayPlant
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 ScalarPlant = RationalPlant | DelayPlant | StateSpace | FrequencyData
 Multiplier = Mapping[str, Any]
 Proves = Callable[[Multiplier], bool]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Grounds:
-    """What an answer rests on besides the inequality itself: the loop with the gain ``lower`` closed, and the means.
+    """What an answer rests on besides the inequality itself: the loop with the gain ``lower`` closed, and the means."""
 
-    Attributes
-    ----------
-    lower : Fraction
-        Lower end of the classes.
-    direct : Fraction
-        The direct term of ``H/(1 + lower H)``.
-    critical : bool
-        Whether it has a pole at 0 (``z = 1``).
-    discrete : bool
-        Whether time is discrete.
-    poles : str
-        Where its poles are, and how that was checked.
-    means : str
-        By what means the inequality is decided.
-    evidence : Evidence
-        What that is worth; short of CERTIFIED nothing is proved by it.
-    """
-
-    lower: Fraction
-    direct: Fraction = Fraction(0)
-    critical: bool = False
-    discrete: bool = False
-    poles: str
-    means: str
-    evidence: Evidence = Evidence.CERTIFIED
+    lower: Fraction = quantity("Lower end of the classes")
+    direct: Fraction = quantity("The direct term of ``H/(1 + lower H)``", default=Fraction(0))
+    critical: bool = quantity("Whether it has a pole at 0 (``z = 1``)", default=False)
+    discrete: bool = quantity("Whether time is discrete", default=False)
+    poles: str = quantity("Where its poles are, and how that was checked")
+    means: str = quantity("By what means the inequality is decided")
+    evidence: Evidence = quantity(
+        "What that is worth; short of CERTIFIED nothing is proved by it", default=Evidence.CERTIFIED
+    )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Best:
-    """How far the multipliers of a cone go.
+    """How far the multipliers of a cone go."""
 
-    Attributes
-    ----------
-    multiplier : Mapping or None
-        The weights by name, or taps, or kernels; an infinite weight must grow with ``k``.  None if none was certified.
-    largest : Bracket
-        The largest ``k``; of an inequality that is decided both ends are exact statements, infinite where every finite
-        ``k`` is proved.
-    points : tuple
-        Where the inequality is tight, as values of its variable; None is infinity.
-    worst_frequency : float or None
-        The first of them as a frequency [rad/s; rad per sample]; None where it is not known.
-    margin : Bracket or None
-        The infimum of ``F`` for the largest ``k``, where it was computed.
-    formula : str
-        The multiplier as a formula, where the weights do not say it.
-    limit : str
-        Why no multiplier goes farther, where the points do not show it; or how one serves every finite ``k``.
-    reason : str
-        Why nothing can be said of a class, where nothing can.
-    """
-
-    multiplier: Multiplier | None
-    largest: Bracket
-    points: tuple[Fraction | None, ...] = ()
-    worst_frequency: float | None = None
-    margin: Bracket | None = None
-    formula: str = ""
-    limit: str = ""
-    reason: str = ""
+    multiplier: Multiplier | None = quantity(
+        "The weights by name, or taps, or kernels; an infinite weight must grow with ``k``.  None if none was certified"
+    )
+    largest: Bracket = quantity(
+        "The largest ``k``; of an inequality that is decided both ends are exact statements, infinite where every "
+        "finite ``k`` is proved"
+    )
+    points: tuple[Fraction | None, ...] = quantity(
+        "Where the inequality is tight, as values of its variable; None is infinity", default=()
+    )
+    worst_frequency: float | None = quantity(
+        "The first of them as a frequency [rad/s; rad per sample]; None where it is not known", default=None
+    )
+    margin: Bracket | None = quantity("The infimum of ``F`` for the largest ``k``, where it was computed", default=None)
+    formula: str = quantity("The multiplier as a formula, where the weights do not say it", default="")
+    limit: str = quantity(
+        "Why no multiplier goes farther, where the points do not show it; or how one serves every finite ``k``",
+        default="",
+    )
+    reason: str = quantity("Why nothing can be said of a class, where nothing can", default="")
 
 
 class Bounding(Protocol):

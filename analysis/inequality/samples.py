@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import fmpq
@@ -15,25 +14,16 @@ from lure.analysis.verdict import Bracket, Evidence
 from lure.arrays import np
 from lure.errors import AssumptionError, Reason
 from lure.plants.frequency_data import FrequencyData
+from lure.record import described, quantity
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class SampledInequality:
-    r"""``1/k + Re[(1 + i omega theta) H(i omega)] >= 0`` at the frequencies of a measurement, which proves nothing.
+    r"""``1/k + Re[(1 + i omega theta) H(i omega)] >= 0`` at the frequencies of a measurement, which proves nothing."""
 
-    Attributes
-    ----------
-    data : FrequencyData
-        The measurement.
-    lower : Fraction
-        0: the response of a shifted loop is not looked at.
-    weighted : bool
-        Whether there is a ``theta``; else it is 0, as in the circle criterion.
-    """
-
-    data: FrequencyData
-    lower: Fraction
-    weighted: bool
+    data: FrequencyData = quantity("The measurement")
+    lower: Fraction = quantity("0: the response of a shifted loop is not looked at")
+    weighted: bool = quantity("Whether there is a ``theta``; else it is 0, as in the circle criterion")
 
     @property
     def grounds(self) -> Grounds:

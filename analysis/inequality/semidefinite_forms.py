@@ -13,7 +13,6 @@ The programme is about what they leave free.  Nothing here is believed: a checke
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
@@ -24,6 +23,7 @@ from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal, Width
 from lure.analysis.inequality.zero_modes import Exact, Rows, diagonal, exact, floats, fractions, freed, null_rows
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
+from lure.record import described, quantity
 
 MOST_STATES, MOST_CHANNELS = 12, 6
 _SURE, _LARGEST, _DIGITS = 1e-9, 1e6, 12
@@ -200,32 +200,16 @@ def _widest(found: Faces, order: int) -> list[Fraction] | None:
     return [Fraction(f"{v:.{_DIGITS}g}") for v in solved[:-1]]
 
 
-@dataclass
+@described()
 class RestingGain(ChannelSearch):
-    """The search for one plant; the others: see :class:`ChannelSearch`.
+    """The search for one plant; the others: see :class:`ChannelSearch`."""
 
-    Parameters
-    ----------
-    loop : sequence of matrices
-        ``A``, ``B``, ``C`` and ``D`` exactly, shifted by the lower bounds.
-    given : sequence of sequence of Fraction
-        ``C`` as it was given.
-    performance : range
-        The channels from ``z`` to ``w``, the last.
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    popov : bool
-        Whether a certificate states ``theta``.
-    discrete : bool
-        Whether in discrete time.
-    """
-
-    loop: Sequence[Rows]
-    given: Rows
-    performance: range
-    free: Sequence[bool]
-    popov: bool
-    discrete: bool
+    loop: Sequence[Rows] = quantity("``A``, ``B``, ``C`` and ``D`` exactly, shifted by the lower bounds")
+    given: Rows = quantity("``C`` as it was given")
+    performance: range = quantity("The channels from ``z`` to ``w``, the last")
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    popov: bool = quantity("Whether a certificate states ``theta``")
+    discrete: bool = quantity("Whether in discrete time")
 
     @cached_property
     def _turned(self) -> list[int]:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeAlias
@@ -23,6 +22,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 from lure.analysis.deadline import checkpoint
 from lure.arrays import NDArray, Reals, balanced, linalg, np
 from lure.errors import AssumptionError
+from lure.record import described, quantity
 
 Widths: TypeAlias = "Callable[[float], NDArray[np.float64]]"  # of a factor: (m,)
 
@@ -40,23 +40,15 @@ class Proposal(NamedTuple):
     proof: dict[str, Any]
 
 
-@dataclass
+@described()
 class ChannelSearch(ABC):
-    """What may prove the classes of several channels: lower bounds, which stay, and widths above them.
+    """What may prove the classes of several channels: lower bounds, which stay, and widths above them."""
 
-    Parameters
-    ----------
-    A, B, C, D : ndarray
-        (n, n), (n, m), (m, n) and (m, m) [floating point].
-    lower : ndarray
-        (m,) lower bounds.
-    """
-
-    A: Reals
-    B: Reals
-    C: Reals
-    D: Reals
-    lower: Reals
+    A: Reals = quantity("(n, n) [floating point]")
+    B: Reals = quantity("(n, m) [floating point]")
+    C: Reals = quantity("(m, n) [floating point]")
+    D: Reals = quantity("(m, m) [floating point]")
+    lower: Reals = quantity("(m,) lower bounds")
     precision: ClassVar[float] = 1e-7  # relative, to which a largest factor is worth its time
 
     def largest(self, widths: Widths, start: float, most: float) -> float:
@@ -150,20 +142,9 @@ def _extrapolated(margins: dict[float, float], low: float, high: float, step: fl
     return min(max(found, low + step), high - step)
 
 
-@dataclass
+@described()
 class ShiftedLoop(ChannelSearch):
     """The inequality of one plant and lower bounds, for any widths ``w``; the others: see :class:`ChannelSearch`.
-
-    Parameters
-    ----------
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    popov : bool
-        Whether a certificate states ``theta``.
-    discrete : bool
-        Whether in discrete time.
-    operators : sequence of sequence of int
-        The channels of each operator: ``|mu_b| <= w |sigma_b|``, the shift being 0.
 
     Raises
     ------
@@ -171,10 +152,12 @@ class ShiftedLoop(ChannelSearch):
         The loop with the gains ``lower`` is not well posed, or not asymptotically stable.
     """
 
-    free: Sequence[bool]
-    popov: bool
-    discrete: bool
-    operators: Sequence[Sequence[int]] = ()
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    popov: bool = quantity("Whether a certificate states ``theta``")
+    discrete: bool = quantity("Whether in discrete time")
+    operators: Sequence[Sequence[int]] = quantity(
+        "The channels of each operator: ``|mu_b| <= w |sigma_b|``, the shift being 0", default=()
+    )
 
     def __post_init__(self) -> None:
         m, gain = len(self.D), np.diag(self.lower)

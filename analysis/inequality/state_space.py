@@ -19,6 +19,7 @@ from lure.analysis.verdict import Bracket, Evidence
 from lure.arrays import np
 from lure.errors import AssumptionError
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 BITS = 128
 ROUNDS = 30
@@ -91,7 +92,7 @@ def state_space_family(block: StateSpace, lower: Fraction = Fraction(0)) -> Hami
     return HamiltonianFamily.of(closed)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class StatesInequality:
     r"""``1/(k - lower) + Re[(1 + i omega theta) P(i omega)] > 0`` of a plant in doubles: computed, its upper end shown.
 
@@ -100,23 +101,16 @@ class StatesInequality:
     balls: from ``largest.high`` on it fails there for every ``theta``, which is certified.  A matrix ``P`` that the
     checker accepts makes a proof of it.
 
-    Attributes
-    ----------
-    block : StateSpace
-        The plant.
-    lower : Fraction
-        Lower end of the classes.
-    weighted : bool
-        Whether there is a ``theta``, in continuous time; else it is 0, as in the circle criterion.
-
     References
     ----------
     .. [1] S. Boyd, V. Balakrishnan, P. Kabamba, Math. Control Signals Systems 2 (1989) 207-219.
     """
 
-    block: StateSpace
-    lower: Fraction
-    weighted: bool
+    block: StateSpace = quantity("The plant")
+    lower: Fraction = quantity("Lower end of the classes")
+    weighted: bool = quantity(
+        "Whether there is a ``theta``, in continuous time; else it is 0, as in the circle criterion"
+    )
 
     @property
     def grounds(self) -> Grounds:

@@ -11,7 +11,6 @@ inequality with ``eta = C A^{-1} y`` in place of ``sigma'``.  Nothing here is be
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -26,29 +25,25 @@ from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import doubles, null_rows
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
+from lure.record import described, quantity
 
 _LEAST = 1e-7  # of the largest entry that may be 1: what is positive
 _CHAINS = 3  # of channels, each with both signs
 _NOTHING = 1e-7  # relative: storage that is not worth its rounding
 
 
-@dataclass
+@described()
 class StorageInequality(ChannelInequality):
-    """The inequality with storage functions, lower bounds 0 where there are any; others: :class:`ChannelInequality`.
+    """The inequality with storage functions, lower bounds 0 where there are any; others: :class:`ChannelInequality`."""
 
-    Parameters
-    ----------
-    signs : sequence of int
-        Of each ``theta``: 1 for play, -1 for stop, 0 for either; where ``free`` says so.
-    still : fmpq_mat or None
-        (m, m) ``H(0)``.
-    resting : ndarray or None
-        (m, n) ``C A^{-1}``, and 0 in the channels of functions ``phi`` themselves, where ``theta`` is Popov's.
-    """
-
-    signs: Sequence[int] = ()
-    still: fmpq_mat | None = None
-    resting: NDArray[np.float64] | None = None
+    signs: Sequence[int] = quantity(
+        "Of each ``theta``: 1 for play, -1 for stop, 0 for either; where ``free`` says so", default=()
+    )
+    still: fmpq_mat | None = quantity("(m, m) ``H(0)``", default=None)
+    resting: NDArray[np.float64] | None = quantity(
+        "(m, n) ``C A^{-1}``, and 0 in the channels of functions ``phi`` themselves, where ``theta`` is Popov's",
+        default=None,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -114,20 +109,12 @@ def turning(free: Sequence[bool], still: fmpq_mat) -> list[tuple[int, list[Fract
     return found
 
 
-@dataclass
+@described()
 class MovedByStops(ChannelSearch):
-    """The same with an eigenvalue 0 that stops move: ``phi_i = f_i y``, by semidefinite programmes in ``P``.
+    """The same with an eigenvalue 0 that stops move: ``phi_i = f_i y``, by semidefinite programmes in ``P``."""
 
-    Parameters
-    ----------
-    moved : ndarray
-        (m, n) the rows ``f_i``, 0 where there is none.
-    operators : sequence of sequence of int
-        The channels from ``z`` to ``w``.
-    """
-
-    moved: NDArray[np.float64]
-    operators: Sequence[Sequence[int]] = ()
+    moved: NDArray[np.float64] = quantity("(m, n) the rows ``f_i``, 0 where there is none")
+    operators: Sequence[Sequence[int]] = quantity("The channels from ``z`` to ``w``", default=())
     precision: ClassVar[float] = 1e-5
 
     def serves(self, widths: NDArray[np.float64]) -> bool:
@@ -182,26 +169,16 @@ class MovedByStops(ChannelSearch):
         return np.tensordot(x[:K], basis, 1), weights, theta
 
 
-@dataclass
+@described()
 class SampledStorage(ChannelSearch):
-    """Storage functions in discrete time, of the loop of the differences, by semidefinite programmes in ``P``.
+    """Storage functions in discrete time, of the loop of the differences, by semidefinite programmes in ``P``."""
 
-    Parameters
-    ----------
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    signs : sequence of int
-        Of each ``theta``: 1 for play, -1 for stop, 0 for either.
-    still : fmpq_mat
-        (m, m) ``H(1)``.
-    resting : ndarray
-        (m, n) ``C (A - 1)^{-1}``, and 0 in the channels of functions ``phi`` themselves.
-    """
-
-    free: Sequence[bool]
-    signs: Sequence[int]
-    still: fmpq_mat
-    resting: NDArray[np.float64]
+    free: Sequence[bool] = quantity("Which ``theta`` may differ from 0")
+    signs: Sequence[int] = quantity("Of each ``theta``: 1 for play, -1 for stop, 0 for either")
+    still: fmpq_mat = quantity("(m, m) ``H(1)``")
+    resting: NDArray[np.float64] = quantity(
+        "(m, n) ``C (A - 1)^{-1}``, and 0 in the channels of functions ``phi`` themselves"
+    )
     precision: ClassVar[float] = 1e-5
 
     def serves(self, widths: NDArray[np.float64]) -> bool:

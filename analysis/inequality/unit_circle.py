@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import fmpq, fmpq_poly
@@ -15,28 +14,22 @@ from lure.analysis.numerics.trigonometric import Laurent
 from lure.arrays import NDArray, np
 from lure.exact import nearest_double
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 STEPS_BACK = (1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.5)
 LEAST_INVERSE = 1e-12
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class DiscretePlant:
     r"""The block ``H = n/d`` behind ``psi(sigma) = phi(sigma) - lower sigma``, in powers of ``z``.
 
     With ``mu = -phi(sigma)`` and the given ``H_0 = n/d_0`` it is ``H = H_0/(1 + lower H_0)``, ``d = d_0 + lower n``.
-
-    Attributes
-    ----------
-    n, d : Laurent
-        Numerator and denominator.
-    lower : Fraction
-        The slope taken out of ``phi``.
     """
 
-    n: Laurent
-    d: Laurent
-    lower: Fraction
+    n: Laurent = quantity("Numerator")
+    d: Laurent = quantity("Denominator")
+    lower: Fraction = quantity("The slope taken out of ``phi``")
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction, criterion: str, *, critical: bool = False) -> DiscretePlant:

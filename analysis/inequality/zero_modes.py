@@ -9,7 +9,6 @@ with the residue ``R = C N K B``.  For weights ``Lambda`` with ``Lambda R = R' L
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
@@ -18,6 +17,7 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 
 from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, Reason
+from lure.record import described, quantity
 
 Rows = Sequence[Sequence[Fraction]]
 Exact: TypeAlias = "NDArray[np.object_]"  # of fractions
@@ -39,25 +39,17 @@ class Free(NamedTuple):
     absent: set[int]
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class ZeroModes:
-    """The null space of the loop, and which weights its residue permits.
+    """The null space of the loop, and which weights its residue permits."""
 
-    Parameters
-    ----------
-    right, left : fmpq_mat
-        (n, r) ``N`` in echelon form and (r, n) ``K``.
-    inputs, seen : fmpq_mat
-        (r, m) ``K B`` and (m, n) ``C``.
-    ratios : tuple of (int, Fraction)
-        For each channel: its weight is the ratio times that of the channel, counted from 0.
-    """
-
-    right: fmpq_mat
-    left: fmpq_mat
-    inputs: fmpq_mat
-    seen: fmpq_mat
-    ratios: tuple[tuple[int, Fraction], ...]
+    right: fmpq_mat = quantity("(n, r) ``N`` in echelon form")
+    left: fmpq_mat = quantity("(r, n) ``K``")
+    inputs: fmpq_mat = quantity("(r, m) ``K B``")
+    seen: fmpq_mat = quantity("(m, n) ``C``")
+    ratios: tuple[tuple[int, Fraction], ...] = quantity(
+        "For each channel: its weight is the ratio times that of the channel, counted from 0"
+    )
 
     @property
     def outputs(self) -> fmpq_mat:
