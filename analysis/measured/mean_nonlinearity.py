@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lure.errors import InputError
-from lure.record import Record, quantity
+from lure.record import Record, described, quantity
 
 # How much one reading scatters: a constant part and a part in proportion to the load.
 
@@ -156,24 +156,14 @@ _TUKEY, _HUBER = 4.685, 1.345
 _HUBER_ROUNDS, _HATS_ROUNDS = 3, 12
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
+@described(frozen=True, kw_only=True, eq=False)  # without slots, for the cached property
 class Hats:
-    """Points and knots: the value of the function at a point is a mean of its values at two knots.
+    """Points and knots: the value of the function at a point is a mean of its values at two knots."""
 
-    Attributes
-    ----------
-    x, y : ndarray
-        (n,) points, of order one.
-    knots : ndarray
-        (K + 1,) ascending, 0 among them.
-    free : bool
-        Whether the value at the knot 0 is fitted, instead of being 0.
-    """
-
-    x: Array
-    y: Array
-    knots: Array
-    free: bool
+    x: Array = quantity("(n,) points, of order one")
+    y: Array = quantity("(n,) values there, of order one")
+    knots: Array = quantity("(K + 1,) ascending, 0 among them")
+    free: bool = quantity("Whether the value at the knot 0 is fitted, instead of being 0")
 
     @cached_property
     def places(self) -> tuple[NDArray[np.intp], Array]:
@@ -316,36 +306,22 @@ _MOST_PIECES = 64
 BENT = 0.05
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class MeanNonlinearity:
-    """The fitted mean nonlinearity.
+    """The fitted mean nonlinearity."""
 
-    Attributes
-    ----------
-    knots, values : ndarray
-        (K + 1,) places [m], 0 among them, and values there [unit of the load].
-    covariance : ndarray
-        (K + 1, K + 1) of the values, already scaled; the row and column of the knot 0 vanish unless it was free.
-    degrees : int
-        Rows less parameters, outliers left out.
-    noise : Noise
-        Standard deviation of one reading.
-    scores : ndarray
-        (n,) residuals in standard deviations of a residual, in the order of the rows.
-    outliers : ndarray of int
-        Rows left out.
-    curved : float
-        p-value of the test that twice as many pieces fit no better; small means that the class is contradicted.
-    """
-
-    knots: Array
-    values: Array
-    covariance: Array
-    degrees: int
-    noise: Noise
-    scores: Array
-    outliers: NDArray[np.intp]
-    curved: float
+    knots: Array = quantity("(K + 1,) places, 0 among them", "m")
+    values: Array = quantity("(K + 1,) values there", "unit of the load")
+    covariance: Array = quantity(
+        "(K + 1, K + 1) of the values, already scaled; the row and column of the knot 0 vanish unless it was free"
+    )
+    degrees: int = quantity("Rows less parameters, outliers left out")
+    noise: Noise = quantity("Standard deviation of one reading")
+    scores: Array = quantity("(n,) residuals in standard deviations of a residual, in the order of the rows")
+    outliers: NDArray[np.intp] = quantity("Rows left out")
+    curved: float = quantity(
+        "p-value of the test that twice as many pieces fit no better; small means that the class is contradicted"
+    )
 
     def __call__(self, sigma: ArrayLike) -> Array:
         """The load [unit of the load] at ``sigma`` [m], elementwise; only between the first knot and the last."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from lure.analysis.measured.measured_sector import Bound, Hysteresis, MeasuredSe
 from lure.analysis.measured.reading import Branch, Direction, Measurements
 from lure.arrays import one_thread
 from lure.errors import InputError
+from lure.record import described, quantity
 
 # Whether the load depends on the direction of travel, decided from the branches themselves.
 #
@@ -117,25 +117,19 @@ _MOST, _OF_MOST = 0.8, 0.4377  # the mean of the smaller 80 % of squares of norm
 _CORRELATIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.94, 0.97, 0.985, 0.995)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Pair:
-    """Loading less unloading of two neighbouring branches, along the displacements that both have.
+    """Loading less unloading of two neighbouring branches, along the displacements that both have."""
 
-    Attributes
-    ----------
-    apart : ndarray
-        (n,) load on loading less load on unloading [unit of the load], at the readings of the shorter branch and
-        ordered from the turn between the two.
-    mean : float
-        The mean over the readings of both branches, so that errors of interpolation cancel.
-    unsure : float
-        How far a reading typically lies from the line between its neighbours [unit of the load], by noise and
-        curvature; at least the last digit of the load.
-    """
-
-    apart: Array
-    mean: float
-    unsure: float
+    apart: Array = quantity(
+        "(n,) load on loading less load on unloading [unit of the load], at the readings of the shorter branch and "
+        "ordered from the turn between the two"
+    )
+    mean: float = quantity("The mean over the readings of both branches, so that errors of interpolation cancel")
+    unsure: float = quantity(
+        "How far a reading typically lies from the line between its neighbours [unit of the load], by noise and "
+        "curvature; at least the last digit of the load"
+    )
 
 
 def has_loop(measurements: Measurements) -> bool:

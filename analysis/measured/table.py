@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.errors import InputError
+from lure.record import described, quantity
 
 # Units of what is measured, as column headings write them, and the SI units they are turned into.
 #
@@ -220,29 +221,15 @@ _UNITS = re.compile(r"\s*units?\s*:\s*", re.IGNORECASE)
 _WORD = re.compile(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Table:
-    """Rows of cells below their headings.
+    """Rows of cells below their headings."""
 
-    Attributes
-    ----------
-    headings : tuple of str
-        One a column; empty texts where the file has none.
-    rows : tuple of (int, list of str)
-        Line of the file, counted from 1, and its cells.
-    decimal_comma : bool
-        Whether ``1,5`` is a number.
-    repeated : tuple of int
-        Lines that repeat a heading, which are no rows.
-    numbers_above : tuple of int
-        Lines of numbers above the heading, which are none either.
-    """
-
-    headings: tuple[str, ...]
-    rows: tuple[tuple[int, list[str]], ...]
-    decimal_comma: bool
-    repeated: tuple[int, ...] = ()
-    numbers_above: tuple[int, ...] = ()
+    headings: tuple[str, ...] = quantity("One a column; empty texts where the file has none")
+    rows: tuple[tuple[int, list[str]], ...] = quantity("Line of the file, counted from 1, and its cells")
+    decimal_comma: bool = quantity("Whether ``1,5`` is a number")
+    repeated: tuple[int, ...] = quantity("Lines that repeat a heading, which are no rows", default=())
+    numbers_above: tuple[int, ...] = quantity("Lines of numbers above the heading, which are none either", default=())
 
     def footer(self, columns: Sequence[int]) -> int:
         """How many of the last rows have a word instead of a number in one of the columns: a closing remark.
