@@ -14,6 +14,7 @@ from lure.analysis.nonlinearity.rational import Candidate, Cover, End, bounds_of
 from lure.analysis.nonlinearity.result import Bound
 from lure.expressions.rigorous import ball
 from lure.expressions.tree import Apply, Node, Number
+from lure.record import described, quantity
 
 # What an expansion lies between on its stretch, and where it tends.
 
@@ -78,26 +79,16 @@ class Unsettled(Exception):
     """Nothing could be shown on this stretch; a shorter one may do."""
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Expansion:
-    """``exp(growth) (sum_e c_e t^e + t^order rest)`` for every ``t`` in ``(0, tau]``.
+    """``exp(growth) (sum_e c_e t^e + t^order rest)`` for every ``t`` in ``(0, tau]``."""
 
-    Attributes
-    ----------
-    terms : dict of Fraction to arb
-        Coefficients ``c_e`` of the powers below ``order``, none of them exactly 0.
-    order : Fraction
-        The power of the rest.
-    rest : Span
-        Encloses the rest over the whole stretch.
-    growth : Expansion or None
-        Tends to an infinity; None for no such factor.
-    """
-
-    terms: Mapping[Fraction, arb]
-    order: Fraction
-    rest: Span
-    growth: Expansion | None = None
+    terms: Mapping[Fraction, arb] = quantity(
+        "Coefficients ``c_e`` of the powers below ``order``, none of them exactly 0"
+    )
+    order: Fraction = quantity("The power of the rest")
+    rest: Span = quantity("Encloses the rest over the whole stretch")
+    growth: Expansion | None = quantity("Tends to an infinity; None for no such factor", default=None)
 
     @property
     def lead(self) -> Fraction:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
@@ -40,6 +40,7 @@ from lure.nonlinearities.formula import VARIABLE
 from lure.nonlinearities.properties import nonlinearity_text
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 T = TypeVar("T")
@@ -63,67 +64,45 @@ class Status(Enum):
         return self.value
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class MemberProperty:
-    """One property that a class demands, for one nonlinearity.
+    """One property that a class demands, for one nonlinearity."""
 
-    Attributes
-    ----------
-    name : {"sector", "slope", "odd", "time-invariance", "regularity"}
-        The property.
-    status : Status
-        CHECKED: shown for every ``sigma``.  DECLARED: neither shown nor disproved; it is the word of whoever gave the
-        nonlinearity, or asked about a class that contains it.  VIOLATED: shown to be false.
-    how : str
-        How it is known, in one sentence without a full stop.
-    points : tuple of Fraction
-        Of a violation: ``sigma``, or two between which the difference quotient leaves the slope bounds.
-    value : Fraction, infinity or None
-        Of a violation: the value found there.
-    bound : Fraction, infinity or None
-        Of a violation: the bound of the class that it passes.
-    certified : Fraction, infinity or None
-        Of a violation of a sector or of slope bounds: the certified bound, which no value passes.
-    """
-
-    name: Name
-    status: Status
-    how: str
-    points: tuple[Fraction, ...] = ()
-    value: Bound | None = None
-    bound: Bound | None = None
-    certified: Bound | None = None
+    name: Name = quantity("The property")
+    status: Status = quantity(
+        "CHECKED: shown for every ``sigma``.  DECLARED: neither shown nor disproved; it is the word of whoever gave "
+        "the nonlinearity, or asked about a class that contains it.  VIOLATED: shown to be false"
+    )
+    how: str = quantity("How it is known, in one sentence without a full stop")
+    points: tuple[Fraction, ...] = quantity(
+        "Of a violation: ``sigma``, or two between which the difference quotient leaves the slope bounds", default=()
+    )
+    value: Bound | None = quantity("Of a violation: the value found there", default=None)
+    bound: Bound | None = quantity("Of a violation: the bound of the class that it passes", default=None)
+    certified: Bound | None = quantity(
+        "Of a violation of a sector or of slope bounds: the certified bound, which no value passes", default=None
+    )
 
     def __str__(self) -> str:
         return f"{self.name} ({self.status}: {self.how})"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Membership:
-    """What is known of one nonlinearity as a member of one class.
+    """What is known of one nonlinearity as a member of one class."""
 
-    Attributes
-    ----------
-    nonlinearity : str
-        The nonlinearity in words.
-    nonlinearity_class : NonlinearityClass
-        The class.
-    properties : tuple of MemberProperty
-        The sector; slope, oddness and time-invariance where the class demands them.
-    regularity : {"locally Lipschitz", "continuous", "none", "unknown"}
-        The most that is known or declared: ``none`` is one that jumps, ``unknown`` one of which nothing is known.
-    regularity_property : MemberProperty
-        Whether the regularity was checked, or is declared; VIOLATED for a declaration that is false.
-    zeros : ZeroSet or None
-        Every ``sigma`` with ``phi(sigma) = 0``, None where the set is not known.
-    """
-
-    nonlinearity: str
-    nonlinearity_class: NonlinearityClass
-    properties: tuple[MemberProperty, ...]
-    regularity: Regularity
-    regularity_property: MemberProperty
-    zeros: ZeroSet | None
+    nonlinearity: str = quantity("The nonlinearity in words")
+    nonlinearity_class: NonlinearityClass = quantity("The class")
+    properties: tuple[MemberProperty, ...] = quantity(
+        "The sector; slope, oddness and time-invariance where the class demands them"
+    )
+    regularity: Regularity = quantity(
+        "The most that is known or declared: ``none`` is one that jumps, ``unknown`` one of which nothing is known"
+    )
+    regularity_property: MemberProperty = quantity(
+        "Whether the regularity was checked, or is declared; VIOLATED for a declaration that is false"
+    )
+    zeros: ZeroSet | None = quantity("Every ``sigma`` with ``phi(sigma) = 0``, None where the set is not known")
 
     @property
     def status(self) -> Status:
@@ -164,23 +143,19 @@ class Membership:
         return f"{self.nonlinearity}: {self.status} member of the class of all {self.nonlinearity_class}"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Examined:
-    """A given nonlinearity after its declarations were put to the test, and the class that is asked about it.
+    """A given nonlinearity after its declarations were put to the test, and the class that is asked about it."""
 
-    Attributes
-    ----------
-    nonlinearity : Nonlinearity
-        The nonlinearity; a formula that declares no sector carries the certified one here.
-    nonlinearity_class : NonlinearityClass
-        The class given, else the smallest that the nonlinearity is declared or known to belong to.
-    membership : Membership
-        What is known of the nonlinearity as a member of this class; nothing in it is VIOLATED.
-    """
-
-    nonlinearity: Nonlinearity
-    nonlinearity_class: NonlinearityClass
-    membership: Membership
+    nonlinearity: Nonlinearity = quantity(
+        "The nonlinearity; a formula that declares no sector carries the certified one here"
+    )
+    nonlinearity_class: NonlinearityClass = quantity(
+        "The class given, else the smallest that the nonlinearity is declared or known to belong to"
+    )
+    membership: Membership = quantity(
+        "What is known of the nonlinearity as a member of this class; nothing in it is VIOLATED"
+    )
 
 
 def examined(nonlinearity: object, nonlinearity_class: NonlinearityClass | None = None) -> Examined:

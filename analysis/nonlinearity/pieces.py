@@ -27,6 +27,7 @@ from lure.nonlinearities import Cubic, ExpressionNonlinearity, GraphNonlinearity
 from lure.nonlinearities.base import NormalCompliance
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.nonlinearities.reading import control_saturation
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # A nonlinearity given as a tree, cut where its branches change: on each open interval one tree, with the branches
@@ -109,24 +110,14 @@ _TRUE, _FALSE = apply("==", ZERO, ZERO), apply("!=", ZERO, ZERO)
 _SINGULAR = ("sqrt", "log")
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Piece:
-    """The nonlinearity on an open interval.
+    """The nonlinearity on an open interval."""
 
-    Attributes
-    ----------
-    low, high : Fraction, or an infinity
-        The interval.
-    tree : Node
-        The nonlinearity there: branches that change side at rational points only are chosen.
-    ratio : Ratio or None
-        The same as a rational function, if it is one.
-    """
-
-    low: End
-    high: End
-    tree: Node
-    ratio: Ratio | None
+    low: End = quantity("Lower end of the interval")
+    high: End = quantity("Upper end of the interval")
+    tree: Node = quantity("The nonlinearity there: branches that change side at rational points only are chosen")
+    ratio: Ratio | None = quantity("The same as a rational function, if it is one")
 
     @property
     def middle(self) -> Fraction:
@@ -321,32 +312,20 @@ _NAMES = ("sigma", "x")
 _ONE = fmpq_poly([1])
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Known:
-    """A nonlinearity on a closed interval or all of R.
+    """A nonlinearity on a closed interval or all of R."""
 
-    Attributes
-    ----------
-    name : str
-        The nonlinearity in words.
-    pieces : tuple of Piece
-        Ascending and adjacent.
-    value : callable
-        The value at an exact point, or an interval that contains it.
-    continuous : bool
-        Whether the nonlinearity is continuous for its form alone; else the cuts are looked at one by one.
-    whole : bool
-        Whether all its branches were chosen exactly, so that it is smooth between the cuts.
-    branches : callable or None
-        For a nonlinearity with jumps: the tree, with its branches chosen, on an interval or at a point.
-    """
-
-    name: str
-    pieces: tuple[Piece, ...]
-    value: Callable[[Fraction], Value]
-    continuous: bool
-    whole: bool
-    branches: Callable[[End, End], Node] | None = None
+    name: str = quantity("The nonlinearity in words")
+    pieces: tuple[Piece, ...] = quantity("Ascending and adjacent")
+    value: Callable[[Fraction], Value] = quantity("The value at an exact point, or an interval that contains it")
+    continuous: bool = quantity(
+        "Whether the nonlinearity is continuous for its form alone; else the cuts are looked at one by one"
+    )
+    whole: bool = quantity("Whether all its branches were chosen exactly, so that it is smooth between the cuts")
+    branches: Callable[[End, End], Node] | None = quantity(
+        "For a nonlinearity with jumps: the tree, with its branches chosen, on an interval or at a point", default=None
+    )
 
 
 def known_nonlinearity(nonlinearity: object, low: End, high: End) -> Known | None:

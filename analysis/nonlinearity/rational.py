@@ -15,6 +15,7 @@ from lure.analysis.numerics.polynomial import X, exact_midpoint, real_roots, to_
 from lure.analysis.numerics.precision import working_precision
 from lure.errors import InputError
 from lure.expressions.tree import Apply, Node, Number
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # Values collected on the pieces of a nonlinearity, and the extremes chosen among them.
@@ -26,26 +27,14 @@ End: TypeAlias = Fraction | float
 """An end of an interval: a Fraction, or a float that is an infinity."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Candidate:
-    """A value that is taken or approached, perhaps enclosed only.
+    """A value that is taken or approached, perhaps enclosed only."""
 
-    Attributes
-    ----------
-    value : Fraction, infinity, or pair of Fraction
-        The value, or an interval that contains it.
-    place : Fraction, infinity, pair of Fraction, or str
-        The point, an interval that contains it, or words.
-    inside : bool
-        Whether the nonlinearity takes the value at the place; else it approaches it.
-    side : int
-        For a limit: 1 from the right, -1 from the left, 0 where that needs no saying.
-    """
-
-    value: Bound | tuple[Fraction, Fraction]
-    place: End | tuple[Fraction, Fraction] | str
-    inside: bool
-    side: int = 0
+    value: Bound | tuple[Fraction, Fraction] = quantity("The value, or an interval that contains it")
+    place: End | tuple[Fraction, Fraction] | str = quantity("The point, an interval that contains it, or words")
+    inside: bool = quantity("Whether the nonlinearity takes the value at the place; else it approaches it")
+    side: int = quantity("For a limit: 1 from the right, -1 from the left, 0 where that needs no saying", default=0)
 
     @property
     def low(self) -> Bound:

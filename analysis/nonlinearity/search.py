@@ -20,6 +20,7 @@ from lure.analysis.numerics.polynomial import to_fmpq
 from lure.errors import InputError
 from lure.expressions.rigorous import ball
 from lure.expressions.tree import Node, Variable, size
+from lure.record import described, quantity
 
 # What is bounded on an interval, and the parts the interval is divided into.
 
@@ -35,55 +36,31 @@ class NotEnclosed(InputError):
         )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Target:
-    """A function of ``sigma`` on an open interval, in two shapes.
+    """A function of ``sigma`` on an open interval, in two shapes."""
 
-    Attributes
-    ----------
-    tree : Node
-        For boxes: ``phi(sigma)/sigma`` with what cancels cancelled, or the derivative.
-    base : Node
-        For the ends: ``phi``, or the derivative.
-    over_sigma : bool
-        Whether ``base`` is still to be divided by ``sigma``.
-    low, high : Fraction, or an infinity
-        The interval.
-    vanishes : bool
-        Whether ``base`` is known to tend to 0 at 0, whatever rounding leaves of it.
-    """
-
-    tree: Node
-    base: Node
-    over_sigma: bool
-    low: End
-    high: End
-    vanishes: bool = False
+    tree: Node = quantity("For boxes: ``phi(sigma)/sigma`` with what cancels cancelled, or the derivative")
+    base: Node = quantity("For the ends: ``phi``, or the derivative")
+    over_sigma: bool = quantity("Whether ``base`` is still to be divided by ``sigma``")
+    low: End = quantity("Lower end of the interval")
+    high: End = quantity("Upper end of the interval")
+    vanishes: bool = quantity(
+        "Whether ``base`` is known to tend to 0 at 0, whatever rounding leaves of it", default=False
+    )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Region:
-    """A part of the interval with what is known of the values there.
+    """A part of the interval with what is known of the values there."""
 
-    Attributes
-    ----------
-    box : pair of Fraction, or None
-        A closed interval without a singular end.
-    end : tuple or None
-        Instead: an end, the side on which the interval lies, and ``n`` for the stretch ``0 < t <= 2^-n``.
-    cover : Cover
-        What the values lie between.
-    found : tuple of Candidate
-        Values there.
-    closed : bool
-        Whether ``cover`` is as narrow as it will get.
-    """
-
-    box: tuple[Fraction, Fraction] | None
-    end: tuple[End, int, int] | None
-    cover: Cover
-    found: tuple[Candidate, ...] = ()
-    closed: bool = False
+    box: tuple[Fraction, Fraction] | None = quantity("A closed interval without a singular end")
+    end: tuple[End, int, int] | None = quantity(
+        "Instead: an end, the side on which the interval lies, and ``n`` for the stretch ``0 < t <= 2^-n``"
+    )
+    cover: Cover = quantity("What the values lie between")
+    found: tuple[Candidate, ...] = quantity("Values there", default=())
+    closed: bool = quantity("Whether ``cover`` is as narrow as it will get", default=False)
 
     @property
     def unknown(self) -> bool:

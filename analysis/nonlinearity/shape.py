@@ -6,7 +6,6 @@ With a pole at 0 the equilibria of the loop are the points where it vanishes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.nonlinearity.bounds import cuts_of
@@ -19,6 +18,7 @@ from lure.expressions.tree import Apply, Node, Number, Variable
 from lure.nonlinearities import ExpressionNonlinearity, GraphNonlinearity, Quantiser
 from lure.nonlinearities.formula import piecewise_linear_graph
 from lure.nonlinearities.piecewise_linear import Graph
+from lure.record import described, quantity
 from lure.record.values import exact_text
 
 # Oddness read off a formula: a proof for every ``sigma``, where the formula shows it.
@@ -93,21 +93,13 @@ def _chosen(parts: list[int | None]) -> int | None:
 _LIKE_THEIR_ARGUMENT = frozenset(("neg", "tanh", "atan", "abs", "sqrt"))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ZeroInterval:
-    """An interval on which a nonlinearity is 0; a point has equal ends.
+    """An interval on which a nonlinearity is 0; a point has equal ends."""
 
-    Attributes
-    ----------
-    low, high : Fraction, or an infinity
-        The ends.
-    closed : bool
-        Whether the finite ends belong to it.
-    """
-
-    low: End
-    high: End
-    closed: bool = True
+    low: End = quantity("Lower end")
+    high: End = quantity("Upper end")
+    closed: bool = quantity("Whether the finite ends belong to it", default=True)
 
     def __str__(self) -> str:
         if self.low == self.high:
@@ -117,17 +109,11 @@ class ZeroInterval:
         return f"{left}{exact_text(self.low)}, {exact_text(self.high)}{right}"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ZeroSet:
-    """All ``sigma`` with ``phi(sigma) = 0``, exactly.
+    """All ``sigma`` with ``phi(sigma) = 0``, exactly."""
 
-    Attributes
-    ----------
-    parts : tuple of ZeroInterval
-        Ascending, with gaps between them.
-    """
-
-    parts: tuple[ZeroInterval, ...]
+    parts: tuple[ZeroInterval, ...] = quantity("Ascending, with gaps between them")
 
     @property
     def only_zero(self) -> bool:
