@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
@@ -13,6 +12,7 @@ from lure.arrays import NDArray, np
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.plants.block import LinearBlock
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from flint import fmpq_mat, fmpz_mat, nmod_mat
@@ -160,32 +160,22 @@ Number = int | float | Fraction
 LARGEST_ORDER = 1000
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ZeroEigenvalue:
-    r"""The eigenvalue 0 of ``x' = A x + b mu``, ``sigma = c^T x``, for the critical case of Popov's theorem.
+    r"""The eigenvalue 0 of ``x' = A x + b mu``, ``sigma = c^T x``, for the critical case of Popov's theorem."""
 
-    Attributes
-    ----------
-    order : int
-        Number of states ``n``.
-    geometric : int
-        Number of independent eigenvectors, ``n - rank A``.
-    algebraic : int
-        Multiplicity in the characteristic polynomial, ``n - rank A^n``.
-    observable, controllable : bool or None
-        For a simple zero with eigenvectors ``A r = 0``, ``l^T A = 0``: whether ``c^T r != 0`` and ``l^T b != 0``.
-        None if the zero is not simple.
-    residue : Fraction or None
-        ``rho_0 = (c^T r)(l^T b)/(l^T r)``, the limit of ``s H(s)`` at 0 [unit of sigma / unit of mu / s]; None if the
-        zero is not simple.
-    """
-
-    order: int
-    geometric: int
-    algebraic: int
-    observable: bool | None
-    controllable: bool | None
-    residue: Fraction | None
+    order: int = quantity("Number of states ``n``")
+    geometric: int = quantity("Number of independent eigenvectors, ``n - rank A``")
+    algebraic: int = quantity("Multiplicity in the characteristic polynomial, ``n - rank A^n``")
+    observable: bool | None = quantity(
+        "For a simple zero with eigenvectors ``A r = 0``, ``l^T A = 0``: whether ``c^T r != 0``.  None if the zero "
+        "is not simple"
+    )
+    controllable: bool | None = quantity("For a simple zero: whether ``l^T b != 0``.  None if the zero is not simple")
+    residue: Fraction | None = quantity(
+        "``rho_0 = (c^T r)(l^T b)/(l^T r)``, the limit of ``s H(s)`` at 0 [unit of sigma / unit of mu / s]; None if "
+        "the zero is not simple"
+    )
 
     @property
     def evidence(self) -> Evidence:

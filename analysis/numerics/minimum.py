@@ -6,7 +6,6 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol, TypeVar, overload
 
@@ -14,6 +13,7 @@ from flint import arb, arb_series, fmpq_poly
 
 from lure.analysis.numerics.polynomial import X, positive_from_zero, positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import working_precision
+from lure.record import described, quantity
 
 # The least value of a smooth function on an interval, with a rigorous bracket.
 
@@ -38,24 +38,14 @@ class Function(Protocol):
     def __call__(self, x: arb_series, /) -> arb_series: ...
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Minimum:
-    """A bracket on ``min f`` and a point near the minimiser.
+    """A bracket on ``min f`` and a point near the minimiser."""
 
-    Attributes
-    ----------
-    low, high : arb
-        ``low <= min f <= high``, both exact numbers.
-    where : arb
-        Point at which ``f <= high``.
-    closed : bool
-        Whether the bracket reached the width asked for; it is valid either way.
-    """
-
-    low: arb
+    low: arb = quantity("``low <= min f <= high``, both exact numbers")
     high: arb
-    where: arb
-    closed: bool
+    where: arb = quantity("Point at which ``f <= high``")
+    closed: bool = quantity("Whether the bracket reached the width asked for; it is valid either way")
 
 
 def minimum(
@@ -169,21 +159,13 @@ FIRST_BITS = 128
 RELATIVE_BITS = 60
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Infimum:
-    """A bracket on the infimum of ``U/D`` over ``[0, inf]``.
+    """A bracket on the infimum of ``U/D`` over ``[0, inf]``."""
 
-    Attributes
-    ----------
-    low, high : arb
-        ``low <= inf U/D <= high``; equal where the infimum is 0.
-    where : float
-        ``x`` at which it is attained; ``inf`` if only in the limit.
-    """
-
-    low: arb
+    low: arb = quantity("``low <= inf U/D <= high``; equal where the infimum is 0")
     high: arb
-    where: float
+    where: float = quantity("``x`` at which it is attained; ``inf`` if only in the limit")
 
 
 def infimum(U: fmpq_poly, D: fmpq_poly) -> Infimum:
