@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, cast, get_args
 
 from lure.analysis.certificates.checker import ORIGINS
@@ -16,6 +15,7 @@ from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import Certification as Certification
 from lure.analysis.questions.problem import class_given, loop_given, posed
 from lure.errors import InputError
+from lure.record import described, quantity
 
 Method = Literal["best", "polynomial", "matrix", "cover", "structure"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -25,22 +25,9 @@ _ORDER = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ProofOptions:
     """How to look for a proof.
-
-    Attributes
-    ----------
-    criterion : str
-        A criterion by name, or ``best``: all that apply, cheapest first.  ``hurwitz`` is about linear gains alone.
-    method : {"best", "polynomial", "matrix", "cover", "structure"}
-        The kind of proof.
-    finite : bool
-        Whether an infinite upper end means every nonlinearity with some finite bound, whichever.
-    seconds : float or None
-        Time allowed; None for no limit.
-    numbers : {"rationals", "decimals as written", "doubles, exactly"}
-        Where the numbers came from, for the file.
 
     Raises
     ------
@@ -48,11 +35,16 @@ class ProofOptions:
         There is no such method or origin, or no time at all is allowed.
     """
 
-    criterion: str = "best"
-    method: Method = "best"
-    finite: bool = False
-    seconds: float | None = None
-    numbers: Numbers = "rationals"
+    criterion: str = quantity(
+        "A criterion by name, or ``best``: all that apply, cheapest first.  ``hurwitz`` is about linear gains alone",
+        default="best",
+    )
+    method: Method = quantity("The kind of proof", default="best")
+    finite: bool = quantity(
+        "Whether an infinite upper end means every nonlinearity with some finite bound, whichever", default=False
+    )
+    seconds: float | None = quantity("Time allowed; None for no limit", default=None)
+    numbers: Numbers = quantity("Where the numbers came from, for the file", default="rationals")
 
     def __post_init__(self) -> None:
         for name, value, known in (("method", self.method, METHODS), ("numbers", self.numbers, ORIGINS)):

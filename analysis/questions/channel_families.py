@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import count, islice
@@ -32,6 +32,7 @@ from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.parameters import Box, Point
+from lure.record import described, quantity
 
 CIRCLE, POPOV = "diagonal-circle", "diagonal-popov"
 _MOST, _MEET, _CORNERS = 250, 2e-3, 64
@@ -102,23 +103,15 @@ def free(asked: Problem) -> list[bool]:
 # Proofs.
 
 
-@dataclass
+@described()
 class BoxSearch:
-    """The search for a proof by one theorem.
+    """The search for a proof by one theorem."""
 
-    Attributes
-    ----------
-    asked : Problem
-        The question.
-    theorem : str
-        ``diagonal-circle`` or ``diagonal-popov``.
-    rate : Fraction or None
-        The plants are those of the solutions times ``r^-t``, or ``e^(a t)``.
-    """
-
-    asked: Problem
-    theorem: str
-    rate: Fraction | None = None
+    asked: Problem = quantity("The question")
+    theorem: str = quantity("``diagonal-circle`` or ``diagonal-popov``")
+    rate: Fraction | None = quantity(
+        "The plants are those of the solutions times ``r^-t``, or ``e^(a t)``", default=None
+    )
 
     @cached_property
     def matrices(self) -> BoxMatrices:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from lure.analysis.certificates.checker import Proved
@@ -32,6 +31,7 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import np
 from lure.classes import SCALAR
+from lure.record import described, quantity
 
 _STEPS_BACK = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 _DENSE, _NEARLY = 2000, 3e-3
@@ -39,29 +39,15 @@ _LOST = 1e-3  # relative: a factor that rounding may lose
 Accept = Callable[[Fraction, Proposal], Proved | None]
 
 
-@dataclass(frozen=True, eq=False)
+@described(frozen=True, eq=False)
 class KernelSearch:
-    """The search for kernels, for the slopes of the classes where they are bounded.
+    """The search for kernels, for the slopes of the classes where they are bounded."""
 
-    Attributes
-    ----------
-    cone : KernelCone
-        The multipliers.
-    modes : ZeroModes or None
-        The eigenvalues 0 of the loop.
-    ends : list of (Fraction, Fraction)
-        Between which the gains or slopes of each channel lie.
-    scaled : Sequence[int]
-        The channels whose upper ends are multiplied by the factor.
-    least : Fraction
-        The factor at which a class is empty.
-    """
-
-    cone: KernelCone
-    modes: ZeroModes | None
-    ends: list[tuple[Fraction, Fraction]]
-    scaled: Sequence[int]
-    least: Fraction
+    cone: KernelCone = quantity("The multipliers")
+    modes: ZeroModes | None = quantity("The eigenvalues 0 of the loop")
+    ends: list[tuple[Fraction, Fraction]] = quantity("Between which the gains or slopes of each channel lie")
+    scaled: Sequence[int] = quantity("The channels whose upper ends are multiplied by the factor")
+    least: Fraction = quantity("The factor at which a class is empty")
 
     @classmethod
     def of(cls, asked: Problem) -> KernelSearch | None:

@@ -22,23 +22,18 @@ from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.arrays import Reals, np
 from lure.errors import AssumptionError
+from lure.record import described, quantity
 
 _CLOSE, _WORTH = 2e-5, 1e-4  # relative: where halving ends, and what is worth a certificate
 _STEPS_BACK = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 _SAMPLES = (2, 3, 6)
 
 
-@dataclass
+@described()
 class WeighedSearch(ABC):
-    """One kind of multipliers for the loops of the solutions times ``r^-t``, or ``e^(a t)``.
+    """One kind of multipliers for the loops of the solutions times ``r^-t``, or ``e^(a t)``."""
 
-    Parameters
-    ----------
-    asked : Problem
-        The question about the classes as they are.
-    """
-
-    asked: Problem
+    asked: Problem = quantity("The question about the classes as they are")
 
     def __post_init__(self) -> None:
         plant, classes = channel_plant(self.asked.plant), self.asked.classes
@@ -108,17 +103,11 @@ class WeighedSearch(ABC):
                 yield rate, one
 
 
-@dataclass
+@described()
 class _Forms(WeighedSearch):
-    """Forms of so many samples; of one, with Popov's terms.
+    """Forms of so many samples; of one, with Popov's terms."""
 
-    Parameters
-    ----------
-    samples : int
-        Number of samples.
-    """
-
-    samples: int = 1
+    samples: int = quantity("Number of samples", default=1)
 
     def proposals(self, rate: Fraction) -> Iterator[dict[str, Any]]:
         """See :class:`WeighedSearch`."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -53,7 +53,7 @@ from lure.analysis.wording import counterexample, destroys, method_of, proviso
 from lure.errors import AssumptionError, InputError, Reason
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
-from lure.record import decimal_text
+from lure.record import decimal_text, described, quantity
 
 Tell = Callable[[str, float], None]
 MOVING = ("switched-gains", "switched-gain", RAMPS, MEMBERS)
@@ -210,20 +210,12 @@ def _answer(
     )
 
 
-@dataclass(slots=True)
+@described(slots=True)
 class Factors(SoFar):
-    """What was found about the largest factor.
+    """What was found about the largest factor."""
 
-    Attributes
-    ----------
-    against : tuple of Fraction, Refuted, or None
-        The smallest factor refuted, and by what.
-    proofs : list of tuple of Fraction, Proved
-        The factors proved, and by what.
-    """
-
-    against: tuple[Fraction, Refuted] | None = None
-    proofs: list[tuple[Fraction, Proved]] = field(default_factory=list)
+    against: tuple[Fraction, Refuted] | None = quantity("The smallest factor refuted, and by what", default=None)
+    proofs: list[tuple[Fraction, Proved]] = quantity("The factors proved, and by what", default_factory=list)
 
     @property
     def closed(self) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -32,7 +31,7 @@ from lure.analysis.wording import (
     proviso,
 )
 from lure.nonlinearities.base import Nonlinearity
-from lure.record import Page, Record, derived, quantity
+from lure.record import Page, Record, derived, described, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -49,54 +48,37 @@ class MismatchError(RuntimeError):
     """A certificate about another system was offered as an answer: a bug, and nothing is said."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Conclusion:
-    """What follows from what the checker accepted.
+    """What follows from what the checker accepted."""
 
-    Attributes
-    ----------
-    verdict : Verdict
-        PROVED or REFUTED only where the certificate is about the system asked about, and its class fits.
-    evidence : Evidence
-        CERTIFIED with a verdict of these two.
-    meaning : str
-        What is proved of the solutions, or what the counterexample does; empty for INCONCLUSIVE.
-    nonlinearity_class : str
-        The class of the certificate in words; empty for INCONCLUSIVE.
-    nonlinearity : str
-        The given nonlinearity in words; empty if there is none.
-    membership : str
-        ``checked``: it is shown to belong to the class; ``declared``: its author says so; empty if there is none.
-    headline : str
-        The verdict in one sentence, without how it was found.
-    sentence : str
-        The whole of it.
-    reason : str
-        Why nothing follows from what was accepted; empty for PROVED and REFUTED.
-    code : Code or None
-        The code of the reason; None for PROVED and REFUTED.
-    shown : Proved, Refuted or None
-        What the checker accepted; None for INCONCLUSIVE.
-    attracts : bool
-        Whether 0 is proved to attract every solution with the given nonlinearity, or without one for every
-        nonlinearity.
-    assumed : tuple of str
-        What is assumed and not shown, of the given nonlinearity or of every nonlinearity of the class, in clauses.
-    """
-
-    verdict: Verdict
-    evidence: Evidence
-    meaning: str = ""
-    nonlinearity_class: str = ""
-    nonlinearity: str = ""
-    membership: str = ""
-    headline: str
-    sentence: str
-    reason: str = ""
-    code: Code | None = None
-    shown: Proved | Refuted | None = None
-    attracts: bool = False
-    assumed: tuple[str, ...] = ()
+    verdict: Verdict = quantity(
+        "PROVED or REFUTED only where the certificate is about the system asked about, and its class fits"
+    )
+    evidence: Evidence = quantity("CERTIFIED with a verdict of these two")
+    meaning: str = quantity(
+        "What is proved of the solutions, or what the counterexample does; empty for INCONCLUSIVE", default=""
+    )
+    nonlinearity_class: str = quantity("The class of the certificate in words; empty for INCONCLUSIVE", default="")
+    nonlinearity: str = quantity("The given nonlinearity in words; empty if there is none", default="")
+    membership: str = quantity(
+        "``checked``: it is shown to belong to the class; ``declared``: its author says so; empty if there is none",
+        default="",
+    )
+    headline: str = quantity("The verdict in one sentence, without how it was found")
+    sentence: str = quantity("The whole of it")
+    reason: str = quantity("Why nothing follows from what was accepted; empty for PROVED and REFUTED", default="")
+    code: Code | None = quantity("The code of the reason; None for PROVED and REFUTED", default=None)
+    shown: Proved | Refuted | None = quantity("What the checker accepted; None for INCONCLUSIVE", default=None)
+    attracts: bool = quantity(
+        "Whether 0 is proved to attract every solution with the given nonlinearity, or without one for every "
+        "nonlinearity",
+        default=False,
+    )
+    assumed: tuple[str, ...] = quantity(
+        "What is assumed and not shown, of the given nonlinearity or of every nonlinearity of the class, in clauses",
+        default=(),
+    )
 
     def __post_init__(self) -> None:
         if (self.shown is None) != (self.verdict is Verdict.INCONCLUSIVE):

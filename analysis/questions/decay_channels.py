@@ -28,6 +28,7 @@ from lure.arrays import NDArray, Reals, np
 from lure.classes import FULL_BLOCK
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
+from lure.record import described, quantity
 
 CLOSE = Fraction(1, 10**4)
 FORMS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gains")  # of one sample: not weighed
@@ -70,17 +71,11 @@ def require_states(order: int) -> None:
         raise InputError("the plant has no states, so that nothing decays; give one that has, or ask lure certify")
 
 
-@dataclass
+@described()
 class RateSearch:
-    """The searches for a rate, and what those about all kinds of plants have in common.
+    """The searches for a rate, and what those about all kinds of plants have in common."""
 
-    Attributes
-    ----------
-    asked : Problem
-        The question about the classes as they are.
-    """
-
-    asked: Problem
+    asked: Problem = quantity("The question about the classes as they are")
     close = CLOSE
 
     @property

@@ -33,6 +33,7 @@ from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay import DelayPlant
 from lure.plants.family import Box, PlantFamily, Point
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 MOST_BOXES, MOST_LATE = 400, 20
 NEAR = (Fraction(1, 10), Fraction(1, 100), Fraction(1, 1000), Fraction(1, 10**5), Fraction(1, 5 * 10**6))
@@ -151,29 +152,17 @@ class Short(AssumptionError):
         self.point = point
 
 
-@dataclass
+@described()
 class Search:
-    """The search for a proof by one criterion, for classes of one kind.
+    """The search for a proof by one criterion, for classes of one kind."""
 
-    Attributes
-    ----------
-    family : PlantFamily
-        The plants.
-    row : Theorem
-        The criterion.
-    odd : bool
-        Whether it may use that the nonlinearities are odd.
-    most : int
-        How many boxes the box may be cut into.
-    worst : tuple of Fraction or None
-        A plant whose multiplier is tried on all boxes, of criteria whose multipliers cost much.
-    """
-
-    family: PlantFamily
-    row: Theorem
-    odd: bool = False
-    most: int = MOST_BOXES
-    worst: Point | None = None
+    family: PlantFamily = quantity("The plants")
+    row: Theorem = quantity("The criterion")
+    odd: bool = quantity("Whether it may use that the nonlinearities are odd", default=False)
+    most: int = quantity("How many boxes the box may be cut into", default=MOST_BOXES)
+    worst: Point | None = quantity(
+        "A plant whose multiplier is tried on all boxes, of criteria whose multipliers cost much", default=None
+    )
     exact: bool = field(default=False, init=False)
 
     @cached_property

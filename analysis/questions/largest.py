@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +19,7 @@ from lure.analysis.theorems.table import Question
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.analysis.wording import BEYOND, kind_words
 from lure.classes import Diagonal
-from lure.record import Column, Page, Record, derived, plain, quantity
+from lure.record import Column, Page, Record, derived, described, plain, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -40,29 +40,15 @@ CLOSED, SMALL = 1e-6, 1e-3
 Stopped = Literal["time", "interrupt"]
 
 
-@dataclass(slots=True)
+@described(slots=True)
 class SoFar:
-    """What was found about one question so far: true at any moment, complete if ``stopped`` is None at the end.
+    """What was found about one question so far: true at any moment, complete if ``stopped`` is None at the end."""
 
-    Attributes
-    ----------
-    asked : Problem
-        The question.
-    answers : list of CriterionResult
-        Of the criteria asked so far.
-    complete : bool
-        Whether every step was made that could have found more.
-    stopped : {"time", "interrupt"} or None
-        What ended the search early.
-    left_out : str
-        The steps that could not be made, because a package is missing, and which.
-    """
-
-    asked: Problem
-    answers: list[CriterionResult] = field(default_factory=list)
-    complete: bool = False
-    stopped: Stopped | None = None
-    left_out: str = ""
+    asked: Problem = quantity("The question")
+    answers: list[CriterionResult] = quantity("Of the criteria asked so far", default_factory=list)
+    complete: bool = quantity("Whether every step was made that could have found more", default=False)
+    stopped: Stopped | None = quantity("What ended the search early", default=None)
+    left_out: str = quantity("The steps that could not be made, because a package is missing, and which", default="")
 
 
 UNFINISHED: Mapping[Stopped, str] = {

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal
@@ -31,6 +31,7 @@ from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
+from lure.record import described, quantity
 
 Kind = Literal["sector", "slope", "class"]
 Search = Literal["linear", "full"]
@@ -40,40 +41,9 @@ LONG = 30_000  # binary digits of the characteristic polynomial from which on ma
 _EVERY = NonlinearityClass(sector=Sector(0, math.inf))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@described(frozen=True, kw_only=True, eq=False)
 class Problem:
     r"""A question about the loop ``sigma = H mu``, ``mu = -phi(sigma)``; plain data, which pickles and compares.
-
-    Attributes
-    ----------
-    plant : RationalPlant, DelayPlant, StateSpace, FrequencyData, StructuredPlant, MultivariablePlant and others
-        The linear part ``H``; the last two for several nonlinearities, ``mu_i = -phi_i(sigma_i)``.
-    classes : Diagonal
-        The class of each nonlinearity; for a largest upper end with the end ``inf``, of several those of the factor 1.
-    kind : {"sector", "slope", "class"}
-        The largest ``k`` with a stable class ``[lower, k]``, of several the largest factor; or if this one is stable.
-    nonlinearity : Nonlinearity or None
-        The one in the loop, if one was given; it belongs to the class.
-    membership : Membership or None
-        What is known of it as a member of the class.
-    untested : bool
-        Whether an attempt to test what is declared of it failed: then nothing is proved for it.
-    refusals : tuple of Failure
-        What is known to stand in the way before any search.
-    criterion : str
-        The criterion asked for, or ``best``.
-    method : str
-        The kind of proof asked for, or ``best``.
-    search : {"linear", "full"}
-        Where to look for destabilising members.
-    finite : bool
-        Whether an infinite upper end means every nonlinearity with some finite bound.
-    known : tuple of Nonlinearity
-        With several channels, the nonlinearity of each if they are known; they belong to the classes.
-    window, worst : int, bool
-        Samples of forms in discrete time, 0 for two to four; of a gain, whether gains that jump are looked for.
-    name, title, source : str
-        How the loop is called, what it is, where it comes from; no part of the question.
 
     Raises
     ------
@@ -81,23 +51,40 @@ class Problem:
         With several nonlinearities: inputs, outputs and classes differ in number, no state, or an infinite bound.
     """
 
-    plant: Plant
-    classes: Diagonal
-    kind: Kind
-    nonlinearity: Nonlinearity | None = None
-    membership: Membership | None = None
-    untested: bool = False
-    refusals: tuple[Failure, ...] = ()
-    criterion: str = BEST
-    method: str = BEST
-    search: Search = "full"
-    finite: bool = False
-    known: tuple[Nonlinearity, ...] = ()
-    window: int = 0
-    worst: bool = False
-    name: str = "loop"
-    title: str = ""
-    source: str = ""
+    plant: Plant = quantity(
+        "The linear part ``H``: RationalPlant, DelayPlant, StateSpace, FrequencyData or StructuredPlant; "
+        "MultivariablePlant and others for several nonlinearities, ``mu_i = -phi_i(sigma_i)``"
+    )
+    classes: Diagonal = quantity(
+        "The class of each nonlinearity; for a largest upper end with the end ``inf``, of several those of the factor 1"
+    )
+    kind: Kind = quantity(
+        "The largest ``k`` with a stable class ``[lower, k]``, of several the largest factor; or if this one is stable"
+    )
+    nonlinearity: Nonlinearity | None = quantity(
+        "The one in the loop, if one was given; it belongs to the class", default=None
+    )
+    membership: Membership | None = quantity("What is known of it as a member of the class", default=None)
+    untested: bool = quantity(
+        "Whether an attempt to test what is declared of it failed: then nothing is proved for it", default=False
+    )
+    refusals: tuple[Failure, ...] = quantity("What is known to stand in the way before any search", default=())
+    criterion: str = quantity("The criterion asked for, or ``best``", default=BEST)
+    method: str = quantity("The kind of proof asked for, or ``best``", default=BEST)
+    search: Search = quantity("Where to look for destabilising members", default="full")
+    finite: bool = quantity(
+        "Whether an infinite upper end means every nonlinearity with some finite bound", default=False
+    )
+    known: tuple[Nonlinearity, ...] = quantity(
+        "With several channels, the nonlinearity of each if they are known; they belong to the classes", default=()
+    )
+    window: int = quantity("Samples of forms in discrete time, 0 for two to four", default=0)
+    worst: bool = quantity("Of a gain, whether gains that jump are looked for", default=False)
+    name: str = quantity(
+        "How the loop is called; no part of the question, nor are ``title`` and ``source``", default="loop"
+    )
+    title: str = quantity("What it is", default="")
+    source: str = quantity("Where it comes from", default="")
 
     def __post_init__(self) -> None:
         H, given = self.plant, self.classes.classes

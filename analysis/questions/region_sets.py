@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any
@@ -31,6 +31,7 @@ from lure.nonlinearities import DeadZone, ExpressionNonlinearity, MovedNonlinear
 from lure.nonlinearities.base import LocalSector
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
+from lure.record import described, quantity
 
 _BITS = 40
 _TINY = Fraction(1, 2**100)
@@ -40,24 +41,18 @@ _GRID = np.concatenate([np.linspace(-1, -0.005, 200), np.linspace(0.005, 1, 200)
 _FIXED = np.geomspace(1e-7, 1e7, 1400)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Shape:
-    """What is known of one nonlinearity: polynomials between cuts, or a sector on an interval, or bounds on demand.
+    """What is known of one nonlinearity: polynomials between cuts, or a sector on an interval, or bounds on demand."""
 
-    Attributes
-    ----------
-    nonlinearity : object
-        The nonlinearity, or a class with a reach.
-    cuts, pieces : tuple
-        The graph, exactly; no pieces where it is none of polynomials.
-    sector, reach : tuple of Fraction and Fraction, or None
-        A class that holds for ``|sigma| <= reach`` alone.
-    """
-
-    nonlinearity: Any
-    cuts: tuple[Fraction, ...] = ()
-    pieces: tuple[fmpq_poly, ...] = ()
-    sector: tuple[Fraction, Fraction] | None = None
+    nonlinearity: Any = quantity("The nonlinearity, or a class with a reach")
+    cuts: tuple[Fraction, ...] = quantity("Where the pieces of the graph meet", default=())
+    pieces: tuple[fmpq_poly, ...] = quantity(
+        "The graph, exactly; no pieces where it is none of polynomials", default=()
+    )
+    sector: tuple[Fraction, Fraction] | None = quantity(
+        "A class that holds for ``|sigma| <= reach`` alone", default=None
+    )
     reach: Fraction | None = None
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
@@ -50,6 +50,7 @@ from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.frequency_data import FrequencyData
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -64,23 +65,17 @@ _ENOUGH = "what is proved and what is refuted meet without it"
 _LESS = "another criterion has proved more than this one claims"
 
 
-@dataclass(slots=True, kw_only=True)
+@described(slots=True, kw_only=True)
 class Findings(SoFar):
-    """What was found about a largest class.
+    """What was found about a largest class."""
 
-    Attributes
-    ----------
-    hurwitz : Bracket
-        Supremum of the ``k`` for which the linear gains in ``[lower, k]`` are stable; ``[lower, inf]`` until known.
-    critical : bool
-        Whether the loop has a pole at 0 with the least gain; True, the weaker conclusion, until known.
-    witnesses : list of Witness
-        Destabilising members found so far.
-    """
-
-    hurwitz: Bracket
-    critical: bool = True
-    witnesses: list[Witness] = field(default_factory=list)
+    hurwitz: Bracket = quantity(
+        "Supremum of the ``k`` for which the linear gains in ``[lower, k]`` are stable; ``[lower, inf]`` until known"
+    )
+    critical: bool = quantity(
+        "Whether the loop has a pole at 0 with the least gain; True, the weaker conclusion, until known", default=True
+    )
+    witnesses: list[Witness] = quantity("Destabilising members found so far", default_factory=list)
 
     @property
     def empty(self) -> bool:
@@ -103,26 +98,20 @@ class Findings(SoFar):
         return meet(self.proved, self.refuted)
 
 
-@dataclass(slots=True)
+@described(slots=True)
 class Attempts:
-    """What was tried for one class so far.
+    """What was tried for one class so far."""
 
-    Attributes
-    ----------
-    asked : Problem
-        The question.
-    failures : list of Failure
-        The proposals that showed nothing, in the order they were made.
-    certification : Certification or None
-        What follows from the first one that the checker accepted and that is about the class.
-    stopped : bool
-        Whether no further proposal is made, because the time is over or the search broke down.
-    """
-
-    asked: Problem
-    failures: list[Failure] = field(default_factory=list)
-    certification: Certification | None = None
-    stopped: bool = False
+    asked: Problem = quantity("The question")
+    failures: list[Failure] = quantity(
+        "The proposals that showed nothing, in the order they were made", default_factory=list
+    )
+    certification: Certification | None = quantity(
+        "What follows from the first one that the checker accepted and that is about the class", default=None
+    )
+    stopped: bool = quantity(
+        "Whether no further proposal is made, because the time is over or the search broke down", default=False
+    )
 
     @property
     def closed(self) -> bool:
