@@ -14,6 +14,7 @@ from lure.errors import InputError
 from lure.exact import Exact
 from lure.expressions import Expression
 from lure.expressions.tree import names
+from lure.record import described, quantity
 
 # The nonlinearity under test, whatever it came as: one function from arrays of doubles to arrays of doubles.
 
@@ -215,24 +216,14 @@ _SHARE_OF_LINEAR = 0.25
 _NEAR = (0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1e-9, -1e-9)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Domain:
-    """The interval ``[low, high]`` in doubles.
+    """The interval ``[low, high]`` in doubles."""
 
-    Attributes
-    ----------
-    low, high : float
-        Its ends; ``-1e12, 1e12`` stand for all of R where nothing was given.
-    given : tuple of Fraction or None
-        The ends as they were given, None for all of R.
-    scale : float
-        The evenly spaced points have at most this size.
-    """
-
-    low: float
-    high: float
-    given: tuple[Fraction, Fraction] | None
-    scale: float
+    low: float = quantity("Its lower end; ``-1e12`` stands for all of R where nothing was given")
+    high: float = quantity("Its upper end; ``1e12`` likewise")
+    given: tuple[Fraction, Fraction] | None = quantity("The ends as they were given, None for all of R")
+    scale: float = quantity("The evenly spaced points have at most this size")
 
     def __str__(self) -> str:
         return f"[{self.low:g}, {self.high:g}]"
@@ -322,27 +313,17 @@ class Limits:
 Kind: TypeAlias = Literal["sector", "slope", "odd"]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Measure:
-    """A quantity of a nonlinearity that must lie between limits, and what rounding may do to it.
+    """A quantity of a nonlinearity that must lie between limits, and what rounding may do to it."""
 
-    Attributes
-    ----------
-    kind : {"sector", "slope", "odd"}
-        ``phi(sigma)/sigma`` for ``sigma`` not 0; ``(phi(y) - phi(x))/(y - x)`` for neighbouring points ``x < y``;
-        ``phi(sigma) + phi(-sigma)``, which is 0 for an odd nonlinearity.
-    subject : Subject
-        The nonlinearity.
-    limits : Limits
-        What the quantity must lie between.
-    noise : float
-        The absolute rounding error of the nonlinearity near 0.
-    """
-
-    kind: Kind
-    subject: Subject
-    limits: Limits
-    noise: float
+    kind: Kind = quantity(
+        "``phi(sigma)/sigma`` for ``sigma`` not 0; ``(phi(y) - phi(x))/(y - x)`` for neighbouring points ``x < y``; "
+        "``phi(sigma) + phi(-sigma)``, which is 0 for an odd nonlinearity"
+    )
+    subject: Subject = quantity("The nonlinearity")
+    limits: Limits = quantity("What the quantity must lie between")
+    noise: float = quantity("The absolute rounding error of the nonlinearity near 0")
 
     @property
     def width(self) -> int:

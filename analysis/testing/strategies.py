@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 
@@ -28,6 +27,7 @@ from lure.nonlinearities import (
     shifted_nonlinearity,
 )
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # The exact numbers that strategies draw: small ones first, so that what fails shrinks to them.
 
@@ -90,21 +90,16 @@ def _shares(most: int) -> st.SearchStrategy[Fraction]:
 # A nonlinearity with memory that stays in a sector: one graph while the input rises, another while it falls.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class HystereticNonlinearity:
     """``phi = rising(sigma)`` after ``sigma`` has grown, ``falling(sigma)`` after it has fallen.
 
     Not a nonlinearity of :mod:`lure.nonlinearities`, which have no memory; what covers it is a theorem for the sector
     alone, without time-invariance, such as the circle criterion.
-
-    Attributes
-    ----------
-    rising, falling : PiecewiseLinear
-        The two graphs.
     """
 
-    rising: PiecewiseLinear
-    falling: PiecewiseLinear
+    rising: PiecewiseLinear = quantity("The graph on the way up")
+    falling: PiecewiseLinear = quantity("The graph on the way down")
 
     @property
     def sector(self) -> Sector:
@@ -424,20 +419,14 @@ _ORDERS = (1, 4)
 _BLOCKS_FINEST = 10
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class KnownPlant:
-    """A block and the poles it was made from.
+    """A block and the poles it was made from."""
 
-    Attributes
-    ----------
-    block : RationalPlant
-        The block, its coefficients exact.
-    poles : tuple of pairs of Fraction
-        Real and imaginary part of each pole; of a conjugate pair the one above the axis.
-    """
-
-    block: RationalPlant
-    poles: tuple[tuple[Fraction, Fraction], ...]
+    block: RationalPlant = quantity("The block, its coefficients exact")
+    poles: tuple[tuple[Fraction, Fraction], ...] = quantity(
+        "Real and imaginary part of each pole; of a conjugate pair the one above the axis"
+    )
 
 
 def lurie_blocks(
