@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
@@ -17,6 +17,7 @@ from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Needs, Ver
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Bound = Fraction | float
 CONCLUSION = "0 is globally asymptotically stable for every nonlinearity of the class"
@@ -47,53 +48,38 @@ def sector_class(lower: Bound, upper: Bound, _direct: Fraction, *, time_varying:
     return NonlinearityClass(sector=Sector(lower, upper), time_varying=time_varying)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Criterion:
-    """What sets one criterion apart from the others.
+    """What sets one criterion apart from the others."""
 
-    Attributes
-    ----------
-    name : str
-        The name of its row in the table.
-    title : str
-        Its name in sentences.
-    theorem : str
-        The theorem with its source.
-    formula : str
-        The multiplier, or the left-hand side with it.
-    inequality : callable
-        The inequality of a plant and a lower end; it refuses what the theorem does not cover.
-    nonlinearities : callable
-        The class that the theorem is about, from both ends of the sector and the direct term of the shifted plant.
-    assumed : str
-        What is assumed of the class; ``{class}`` stands for it.
-    kind : str
-        What is searched for: a multiplier, a line, a weight; empty where nothing is.
-    needs : tuple of {"slope", "odd", "time-invariant"}
-        Properties of the class beyond its sector.
-    legal : str
-        What was checked of the multiplier itself.
-    composed : bool
-        Whether a direct term asks for more than ``1 + k D > 0``.
-    endless : callable, optional
-        Whether a multiplier proves the nonlinearities that no gain bounds; without it a class has finite bounds.
-    conclusions : tuple of str
-        What follows of the loop where its poles are stable, and in the critical case.
-    """
-
-    name: str
-    title: str
-    theorem: str
-    formula: str
-    inequality: Callable[[Any, Fraction], Bounding]
-    nonlinearities: Callable[[Bound, Bound, Fraction], NonlinearityClass] = slope_class
-    assumed: str = SLOPE
-    kind: str = "multiplier"
-    needs: tuple[Needs, ...] = ("slope", "time-invariant")
-    legal: str = ""
-    composed: bool = False
-    endless: Callable[[Any, Multiplier], bool] = _never
-    conclusions: tuple[str, str] = (CONCLUSION, STATIONARY)
+    name: str = quantity("The name of its row in the table")
+    title: str = quantity("Its name in sentences")
+    theorem: str = quantity("The theorem with its source")
+    formula: str = quantity("The multiplier, or the left-hand side with it")
+    inequality: Callable[[Any, Fraction], Bounding] = quantity(
+        "The inequality of a plant and a lower end; it refuses what the theorem does not cover"
+    )
+    nonlinearities: Callable[[Bound, Bound, Fraction], NonlinearityClass] = quantity(
+        "The class that the theorem is about, from both ends of the sector and the direct term of the shifted plant",
+        default=slope_class,
+    )
+    assumed: str = quantity("What is assumed of the class; ``{class}`` stands for it", default=SLOPE)
+    kind: str = quantity(
+        "What is searched for: a multiplier, a line, a weight; empty where nothing is", default="multiplier"
+    )
+    needs: tuple[Needs, ...] = quantity(
+        "Properties of the class beyond its sector", default=("slope", "time-invariant")
+    )
+    legal: str = quantity("What was checked of the multiplier itself", default="")
+    composed: bool = quantity("Whether a direct term asks for more than ``1 + k D > 0``", default=False)
+    endless: Callable[[Any, Multiplier], bool] = quantity(
+        "Whether a multiplier proves the nonlinearities that no gain bounds; without it a class has finite bounds",
+        default=_never,
+    )
+    conclusions: tuple[str, str] = quantity(
+        "What follows of the loop where its poles are stable, and in the critical case",
+        default=(CONCLUSION, STATIONARY),
+    )
 
     def largest(self, block: ScalarPlant, *, lower: Fraction = Fraction(0)) -> CriterionResult:
         """The largest class that the criterion proves from the lower end on.

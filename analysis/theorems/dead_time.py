@@ -20,6 +20,7 @@ from lure.analysis.theorems.zames_falb import kernel_criterion
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence
 from lure.arrays import NDArray, Reals, np
 from lure.plants.delay import DelayPlant
+from lure.record import described, quantity
 
 # For slopes in ``[0, k]`` and a plant with dead time ``H`` is stable, or has one simple pole at 0 besides.  The
 # theorems ask for what they ask of rational plants (Zames and Falb 1968 is about convolution operators):
@@ -98,23 +99,13 @@ class DelayedSearch(Search):
         return float(np.min(values / self.size(omega, H + 1 / k)))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class DelayedSlopes:
-    """The inequality of Park or of Zames and Falb for a plant with dead time: computed, for the checkers to prove.
+    """The inequality of Park or of Zames and Falb for a plant with dead time: computed, for the checkers to prove."""
 
-    Attributes
-    ----------
-    popov : DelayInequality
-        Popov's, which is theirs with the multiplier 1.
-    odd : bool
-        Whether coefficients may be negative.
-    kernels : bool
-        Whether for Zames and Falb.
-    """
-
-    popov: DelayInequality
-    odd: bool
-    kernels: bool
+    popov: DelayInequality = quantity("Popov's, which is theirs with the multiplier 1")
+    odd: bool = quantity("Whether coefficients may be negative")
+    kernels: bool = quantity("Whether for Zames and Falb")
 
     @classmethod
     def of(cls, block: DelayPlant, lower: Fraction, *, odd: bool = False, kernels: bool = True) -> DelayedSlopes:

@@ -14,6 +14,7 @@ from lure.analysis.inequality.unit_circle import DiscretePlant
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.trigonometric import Laurent, nonnegative_on_circle, positive_on_circle
 from lure.arrays import NDArray, Reals, np, optimize
+from lure.record import described, quantity
 
 # Multipliers of finite impulse response with exact taps, and the exact test of the Zames-Falb inequality.
 
@@ -106,21 +107,13 @@ ROUNDS = 40
 RELATIVE_STEP = 1e-11
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class SampledResponse:
-    """``H(exp(i w))`` in floating point, on a grid of the upper half circle that is denser where a pole is near.
+    """``H(exp(i w))`` in floating point, on a grid of the upper half circle that is denser where a pole is near."""
 
-    Attributes
-    ----------
-    numerator, denominator : (n,) array
-        Descending powers of ``z``.
-    omega : (N,) array
-        Frequencies [rad per sample], ascending, 0 and pi included.
-    """
-
-    numerator: Reals
-    denominator: Reals
-    omega: Reals
+    numerator: Reals = quantity("Descending powers of ``z``")
+    denominator: Reals = quantity("Descending powers of ``z``")
+    omega: Reals = quantity("Frequencies [rad per sample], ascending, 0 and pi included")
 
     @classmethod
     def of(cls, numerator: Reals, denominator: Reals, *, least: float = 0.0) -> SampledResponse:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -25,6 +25,7 @@ from lure.arrays import NDArray, Reals, balanced, np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 NAME = "homogeneous-lyapunov"
 TITLE = "the criterion of homogeneous Lyapunov functions"
@@ -152,24 +153,14 @@ def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Frac
     return _Search.of(block, Fraction(answer.nonlinearity_class.sector.lower)).proof(upper, power)
 
 
-@dataclass(frozen=True)
+@described(frozen=True)
 class _Search:
-    """The classes ``[lower, k]`` of one plant.
+    """The classes ``[lower, k]`` of one plant."""
 
-    Attributes
-    ----------
-    block : RationalPlant
-        The plant, stable with the gain ``lower``.
-    lower : Fraction
-        Lower end.
-    circle, top : float
-        How far the circle criterion goes, and linear gains.
-    """
-
-    block: RationalPlant
-    lower: Fraction
-    circle: float
-    top: float
+    block: RationalPlant = quantity("The plant, stable with the gain ``lower``")
+    lower: Fraction = quantity("Lower end")
+    circle: float = quantity("How far the circle criterion goes")
+    top: float = quantity("How far linear gains go")
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction) -> _Search:

@@ -19,7 +19,7 @@ from lure.analysis.theorems.kernel_search import Scaled, around
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.exact import Exact, exact_number
 from lure.plants.rational import RationalPlant
-from lure.record import Record, derived, quantity
+from lure.record import Record, derived, described, quantity
 
 TITLE = "the limit of the criterion of Zames and Falb"
 BITS = 96
@@ -282,32 +282,16 @@ class _Wave:
 # The search, in doubles: a linear programme over frequencies and delays, both added where they help.
 
 
-@dataclass(slots=True)
+@described(slots=True)
 class Comb:
-    """Multiples of one frequency, in the units of :class:`.Scaled`, and the programme for their weights.
+    """Multiples of one frequency, in the units of :class:`.Scaled`, and the programme for their weights."""
 
-    Attributes
-    ----------
-    base : Fraction
-        The frequency.
-    harmonics : ndarray of int
-        The multiples that may have weights, ascending.
-    values : ndarray of complex
-        ``H`` there.
-    odd : bool
-        Which multipliers are to be ruled out.
-    columns : ndarray of int
-        Places in ``harmonics`` that the programme has.
-    angles : ndarray
-        The delays of its rows, times ``base``, in ``(-pi, pi)``.
-    """
-
-    base: Fraction
-    harmonics: NDArray[np.int64]
-    values: NDArray[np.complex128]
-    odd: bool
-    columns: NDArray[np.int64]
-    angles: Reals
+    base: Fraction = quantity("The frequency")
+    harmonics: NDArray[np.int64] = quantity("The multiples that may have weights, ascending")
+    values: NDArray[np.complex128] = quantity("``H`` there")
+    odd: bool = quantity("Which multipliers are to be ruled out")
+    columns: NDArray[np.int64] = quantity("Places in ``harmonics`` that the programme has")
+    angles: Reals = quantity("The delays of its rows, times ``base``, in ``(-pi, pi)``")
 
     @classmethod
     def of(cls, scaled: Scaled, step: int, *, odd: bool, coarser: Comb | None) -> Comb:

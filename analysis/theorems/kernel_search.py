@@ -17,6 +17,7 @@ from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import CriterionResult, Verdict
 from lure.arrays import NDArray, Reals, np
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # Points in floating point: frequencies around resonances, maxima of a function of the delay.
 
@@ -190,7 +191,7 @@ class Proposal:
     where: float
 
 
-@dataclass(slots=True)
+@described(slots=True)
 class Search:
     r"""Rows (frequencies) and columns (kernels) of the linear programme, kept from one ``k`` to the next.
 
@@ -198,24 +199,13 @@ class Search:
     ``Re[(1 - sum c_j h_j^)(H + 1/k)] + theta Re(i w H) >= t |H + 1/k|`` on the rows, with ``sum |c_j| <= 1``.
     Delays are the extreme points of the whole class; those that help are found by pricing on a fine grid.  Beyond
     ``far`` [rad/s] their phases count as the worst ones.
-
-    Parameters
-    ----------
-    numerator, denominator : ndarray
-        Coefficients of ``H`` in descending powers.
-    odd : bool
-        Whether coefficients may be negative.
-    family : {"none", "gamma", "delays", "both"}
-        Kernels to use; ``none`` leaves Popov's multiplier.
-    full : bool
-        Whether to add rows and columns for longer.
     """
 
-    numerator: Reals
-    denominator: Reals
-    odd: bool
-    family: Family
-    full: bool = False
+    numerator: Reals = quantity("Coefficients of the numerator of ``H`` in descending powers")
+    denominator: Reals = quantity("Those of its denominator")
+    odd: bool = quantity("Whether coefficients may be negative")
+    family: Family = quantity("Kernels to use; ``none`` leaves Popov's multiplier")
+    full: bool = quantity("Whether to add rows and columns for longer", default=False)
     poles: NDArray[np.complex128] = field(init=False)
     unit: float = field(init=False)
     low: float = field(init=False)

@@ -25,23 +25,18 @@ from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Bracket
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
+from lure.record import described, quantity
 
 # Multipliers of Zames and Falb with kernels whose L1 norm is known exactly, and the Popov term beside them.
 
 Side = Literal["causal", "anticausal"]
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Delay:
-    r"""A unit mass at ``delay``: ``h(t) = delta(t - delay)``, ``h^(iw) = exp(-i w delay)``.
+    r"""A unit mass at ``delay``: ``h(t) = delta(t - delay)``, ``h^(iw) = exp(-i w delay)``."""
 
-    Parameters
-    ----------
-    delay : Fraction
-        Positive: the multiplier looks back (causal); negative: it looks ahead [s].  Not zero.
-    """
-
-    delay: Fraction
+    delay: Fraction = quantity("Positive: the multiplier looks back (causal); negative: it looks ahead [s].  Not zero")
 
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Frequency response, in floating point; ``omega`` in rad/s."""
@@ -51,23 +46,13 @@ class Delay:
         return f"exp({-float(self.delay):+.6g} s)"
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Gamma:
-    r"""A gamma density, nonnegative and of mass 1: ``h(t) = a^n t^(n-1) exp(-a t)/(n-1)!``, ``h^(s) = (a/(a + s))^n``.
+    r"""A gamma density, nonnegative, of mass 1: ``h(t) = a^n t^(n-1) exp(-a t)/(n-1)!``, ``h^(s) = (a/(a + s))^n``."""
 
-    Parameters
-    ----------
-    rate : Fraction
-        ``a > 0`` [1/s].
-    order : int
-        ``n >= 1``.
-    side : {"causal", "anticausal"}
-        ``anticausal`` mirrors it to ``t < 0``: ``h^(s) = (a/(a - s))^n``.
-    """
-
-    rate: Fraction
-    order: int
-    side: Side
+    rate: Fraction = quantity("``a > 0``", "1/s")
+    order: int = quantity("``n >= 1``")
+    side: Side = quantity("``anticausal`` mirrors it to ``t < 0``: ``h^(s) = (a/(a - s))^n``")
 
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Frequency response, in floating point; ``omega`` in rad/s."""
@@ -82,23 +67,16 @@ class Gamma:
 Kernel = Delay | Gamma
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Multiplier:
     r"""``M(s) + theta s`` with ``M = 1 - sum_j c_j h_j^(s)``, every kernel ``h_j >= 0`` of mass 1.
 
     The L1 norm (total variation, where masses are) of ``sum c_j h_j`` is at most ``sum |c_j|``, with equality if no
     two terms of opposite sign overlap.
-
-    Parameters
-    ----------
-    theta : Fraction
-        Weight of the Popov term, of either sign [s].
-    terms : tuple of (Fraction, Kernel)
-        Coefficients ``c_j`` and kernels ``h_j``.
     """
 
-    theta: Fraction
-    terms: tuple[tuple[Fraction, Kernel], ...]
+    theta: Fraction = quantity("Weight of the Popov term, of either sign", "s")
+    terms: tuple[tuple[Fraction, Kernel], ...] = quantity("Coefficients ``c_j`` and kernels ``h_j``")
 
     @property
     def mass(self) -> Fraction:
@@ -214,34 +192,23 @@ class Check:
     where: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Inequality:
     r"""The inequality times ``k |d|^2 E > 0`` on the axis, in exact polynomials; over ``w^2`` in the critical case.
 
     ``T(w) = A(w^2) - Re[q(w) Psi(i w)]`` with ``q = sum c_j exp(-i w tau_j)`` over the delays and
     ``Psi(s) = E(s) (k n + d)(s) d(-s)``; ``E`` clears the denominators of the gamma kernels, which are in ``A``.  With
     a simple root of ``d`` at 0 ``A`` and ``even`` are divided by ``x``, and the sines of the delays by ``w``.
-
-    Attributes
-    ----------
-    A : fmpq_poly
-        In ``x = w^2``.
-    even, odd : fmpq_poly
-        In ``x``: ``Psi(i w) = even + i w odd``.
-    delays : tuple of (Fraction, Fraction)
-        Coefficients ``c_j`` and delays ``tau_j`` [s].
-    full : int
-        Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too.
-    critical : bool
-        Whether ``d`` has the root 0.
     """
 
-    A: fmpq_poly
-    even: fmpq_poly
+    A: fmpq_poly = quantity("In ``x = w^2``")
+    even: fmpq_poly = quantity("In ``x``: ``Psi(i w) = even + i w odd``")
     odd: fmpq_poly
-    delays: tuple[tuple[Fraction, Fraction], ...]
-    full: int
-    critical: bool = False
+    delays: tuple[tuple[Fraction, Fraction], ...] = quantity("Coefficients ``c_j`` and delays ``tau_j``", "s")
+    full: int = quantity(
+        "Degree of ``k |d|^2 E`` in ``x``: ``T`` divided by it stays away from 0 at infinity only if ``A`` has it too"
+    )
+    critical: bool = quantity("Whether ``d`` has the root 0", default=False)
 
     @classmethod
     def of(cls, plant: TransferPolynomials, k: Fraction, multiplier: Multiplier, floor: Fraction) -> Inequality:

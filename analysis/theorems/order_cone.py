@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import ClassVar
@@ -28,6 +28,7 @@ from lure.arrays import np
 from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 NAME = "order-cone"
 TITLE = "the order-cone criterion"
@@ -137,21 +138,13 @@ def order_cone_criterion(block: RationalPlant, bounds: SlopeBounds, *, odd: bool
     return _criterion(odd=odd).decide(block, bounds)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class WindowInequality(TapsInequality):
-    """``Re[m G] - W^* M W > 0`` on the circle, with taps in ``m`` and a form ``M`` of consecutive samples.
+    """``Re[m G] - W^* M W > 0`` on the circle, with taps in ``m`` and a form ``M`` of consecutive samples."""
 
-    Attributes
-    ----------
-    base, discrete, odd : RationalInequality, DiscretePlant, bool
-        As those of :class:`.TapsInequality`.
-    taps : int or None
-        Largest shift of a tap; None for those of the Zames-Falb criterion.
-    windows : tuple of int
-        Numbers of samples to try, ascending, as long as one gains something; empty for the usual ones.
-    """
-
-    windows: tuple[int, ...] = ()
+    windows: tuple[int, ...] = quantity(
+        "Numbers of samples to try, ascending, as long as one gains something; empty for the usual ones", default=()
+    )
     title: ClassVar[str] = TITLE
     critical: ClassVar[bool] = False
 
@@ -207,23 +200,15 @@ class WindowInequality(TapsInequality):
         return Form.of(multiplier).at(width).inequality(self.discrete, width)
 
 
-@dataclass(frozen=True, slots=True)
+@described(frozen=True, slots=True)
 class Form:
-    """Exact taps and a form.
+    """Exact taps and a form."""
 
-    Attributes
-    ----------
-    taps : Multiplier
-        Of the Zames-Falb multiplier.
-    rows : tuple of tuple of Fraction
-        The lower triangle of ``M`` for ``v = width sigma - phi``; empty for no form.
-    width : Fraction
-        The largest slope, that of the shifted nonlinearity.
-    """
-
-    taps: Multiplier
-    rows: tuple[tuple[Fraction, ...], ...]
-    width: Fraction
+    taps: Multiplier = quantity("Of the Zames-Falb multiplier")
+    rows: tuple[tuple[Fraction, ...], ...] = quantity(
+        "The lower triangle of ``M`` for ``v = width sigma - phi``; empty for no form"
+    )
+    width: Fraction = quantity("The largest slope, that of the shifted nonlinearity")
 
     @classmethod
     def of(cls, weights: Weights) -> Form:

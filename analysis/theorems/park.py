@@ -19,6 +19,7 @@ from lure.analysis.verdict import INFINITE, Bracket, CriterionResult
 from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # The best multiplier ``1 + theta s - tau s^2``: bisection in ``tau`` on exact cutting planes in ``theta``.
 #
@@ -52,17 +53,11 @@ class Support:
         return total
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class ParkInequality:
-    """``1/(k - lower) + (U + theta W/(1 + tau x))/D > 0`` on ``[0, inf]`` with ``tau >= 0``.
+    """``1/(k - lower) + (U + theta W/(1 + tau x))/D > 0`` on ``[0, inf]`` with ``tau >= 0``."""
 
-    Attributes
-    ----------
-    base : RationalInequality
-        The same for ``tau = 0``.
-    """
-
-    base: RationalInequality
+    base: RationalInequality = quantity("The same for ``tau = 0``")
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction) -> ParkInequality:

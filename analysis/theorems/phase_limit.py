@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import acb, arb, fmpq
@@ -13,6 +12,7 @@ from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.theorems.fir import SampledResponse
 from lure.arrays import Reals, np, optimize
+from lure.record import described, quantity
 
 BITS = 128
 ROUNDS = 30
@@ -20,26 +20,16 @@ LARGEST = 1e9  # a limit whose 1/k is larger in the units of the plant is not co
 STEPS_UP = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class PhaseLimit:
-    r"""Weights ``alpha_r`` at ``w_r = 2 pi r / period`` that rule out every Zames-Falb multiplier at the slope ``k``.
+    r"""Weights ``alpha_r`` at ``w_r = 2 pi r / period`` ruling out every Zames-Falb multiplier at the slope ``k``."""
 
-    Attributes
-    ----------
-    k : float
-        Upper slope of the class ``[lower, k]``, rounded up; the same holds for every larger one.
-    period : int
-        Period in samples.
-    weights : tuple of float
-        ``alpha_0, ..., alpha_(period // 2)``, each the double it is; a guess at an orbit's power spectrum.
-    odd : bool
-        Whether the multipliers ruled out are those for odd ``phi`` (taps of either sign).
-    """
-
-    k: float
-    period: int
-    weights: tuple[float, ...]
-    odd: bool
+    k: float = quantity("Upper slope of the class ``[lower, k]``, rounded up; the same holds for every larger one")
+    period: int = quantity("Period in samples")
+    weights: tuple[float, ...] = quantity(
+        "``alpha_0, ..., alpha_(period // 2)``, each the double it is; a guess at an orbit's power spectrum"
+    )
+    odd: bool = quantity("Whether the multipliers ruled out are those for odd ``phi`` (taps of either sign)")
 
 
 def phase_limit(discrete: DiscretePlant, period: int, *, odd: bool, below: float = math.inf) -> PhaseLimit | None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from importlib import import_module
@@ -22,6 +21,7 @@ from lure.errors import AssumptionError, InputError, did_you_mean
 from lure.plants.delay import DelayPlant
 from lure.plants.family import PlantFamily
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Question = Literal["sector", "slope"]
 Time = Literal["continuous", "discrete"]
@@ -32,93 +32,64 @@ _NEARBY = (Fraction(1), Fraction(9, 8), Fraction(2), Fraction(7, 8), Fraction(1,
 _SHRINKING = tuple(1 - Fraction(1, 10**digits) for digits in (24, 18, 15, 12, 9, 6, 4, 3, 2, 1))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Theorem:
-    """One row of the table.
+    """One row of the table."""
 
-    Attributes
-    ----------
-    name : str
-        Its name, in questions and in certificates.
-    title : str
-        The criterion in a sentence.
-    largest : str
-        ``module:function`` of the search for the largest ``k``.
-    decision : str
-        ``module:function`` of the decision about one class.
-    within : str
-        ``module:function`` of a quick exact test whether the largest ``k`` may be a given one or more; empty for none.
-    multipliers : callable
-        The ``multiplier`` of a certificate worth trying, the likeliest first, from an answer and an upper end.
-    times : tuple of {"continuous", "discrete"}
-        Where it applies.
-    slope : bool
-        Whether it needs slope bounds; else a sector is enough.
-    free : {"", "above", "below"}
-        The side on which it needs no slope bound, the sector being bounded on both, where ``H(inf)`` permits it.
-    odd : bool
-        Whether the functions take ``odd``.
-    only_odd : bool
-        Whether its conclusion covers odd nonlinearities only.
-    time_varying : bool
-        Whether its conclusion covers time-varying nonlinearities.
-    linear : bool
-        Whether it is about constant gains alone.
-    endless : bool
-        Whether it covers nonlinearities without an upper bound.
-    composed : bool
-        Whether it assumes, where ``H(inf)`` is not 0, that ``sigma + H(inf) phi(sigma)`` increases.
-    matrix : bool
-        Whether a matrix inequality can prove it.
-    thorough : bool
-        Whether ``decision`` takes ``effort="full"``, which takes minutes.
-    longer : bool
-        Whether ``largest`` takes ``effort="full"``, for who asks for it by name.
-    stage : int
-        0: cheap and of interest by itself; 1: cheap; 2: dear; 4: after the search for counterexamples, which is 3.
-        Those of a later stage are asked while a gap is left.
-    aliases : tuple of str
-        Other names to ask for it.
-    channels : tuple of str
-        Its names in certificates about several nonlinearities, the cheapest kind of multiplier first; empty if it is
-        about one.
-    family : bool
-        Whether it is decided for all plants of a box of parameters.
-    late : str
-        The function for plants with dead time, of a criterion about slopes; empty where there is none.
-    proof : str
-        ``module:function`` of the ``proof`` of a certificate from the plant, an answer and an upper end, None where it
-        finds none; empty where the checker finds the polynomial itself.
-    broad : bool
-        Whether it is for rational plants alone, and ``best`` asks it about sectors and what depends on time alone: of
-        slopes others show more.
-    """
-
-    name: str
-    title: str
-    largest: str
-    decision: str
-    multipliers: Callable[[CriterionResult, Upper], Iterator[Multiplier]]
-    times: tuple[Time, ...]
-    slope: bool = False
-    free: Literal["", "above", "below"] = ""
-    odd: bool = False
-    only_odd: bool = False
-    within: str = ""
-    time_varying: bool = False
-    linear: bool = False
-    endless: bool = False
-    composed: bool = False
-    matrix: bool = False
-    thorough: bool = False
-    longer: bool = False
-    stage: int = 0
-    aliases: tuple[str, ...] = ()
-    channels: tuple[str, ...] = ()
-    family: bool = True
-    late: str = ""
-    proof: str = ""
-    broad: bool = False
+    name: str = quantity("Its name, in questions and in certificates")
+    title: str = quantity("The criterion in a sentence")
+    largest: str = quantity("``module:function`` of the search for the largest ``k``")
+    decision: str = quantity("``module:function`` of the decision about one class")
+    multipliers: Callable[[CriterionResult, Upper], Iterator[Multiplier]] = quantity(
+        "The ``multiplier`` of a certificate worth trying, the likeliest first, from an answer and an upper end"
+    )
+    times: tuple[Time, ...] = quantity("Where it applies")
+    slope: bool = quantity("Whether it needs slope bounds; else a sector is enough", default=False)
+    free: Literal["", "above", "below"] = quantity(
+        "The side on which it needs no slope bound, the sector being bounded on both, where ``H(inf)`` permits it",
+        default="",
+    )
+    odd: bool = quantity("Whether the functions take ``odd``", default=False)
+    only_odd: bool = quantity("Whether its conclusion covers odd nonlinearities only", default=False)
+    within: str = quantity(
+        "``module:function`` of a quick exact test whether the largest ``k`` may be a given one or more; empty for "
+        "none",
+        default="",
+    )
+    time_varying: bool = quantity("Whether its conclusion covers time-varying nonlinearities", default=False)
+    linear: bool = quantity("Whether it is about constant gains alone", default=False)
+    endless: bool = quantity("Whether it covers nonlinearities without an upper bound", default=False)
+    composed: bool = quantity(
+        "Whether it assumes, where ``H(inf)`` is not 0, that ``sigma + H(inf) phi(sigma)`` increases", default=False
+    )
+    matrix: bool = quantity("Whether a matrix inequality can prove it", default=False)
+    thorough: bool = quantity('Whether ``decision`` takes ``effort="full"``, which takes minutes', default=False)
+    longer: bool = quantity('Whether ``largest`` takes ``effort="full"``, for who asks for it by name', default=False)
+    stage: int = quantity(
+        "0: cheap and of interest by itself; 1: cheap; 2: dear; 4: after the search for counterexamples, which is 3.  "
+        "Those of a later stage are asked while a gap is left",
+        default=0,
+    )
+    aliases: tuple[str, ...] = quantity("Other names to ask for it", default=())
+    channels: tuple[str, ...] = quantity(
+        "Its names in certificates about several nonlinearities, the cheapest kind of multiplier first; empty if it "
+        "is about one",
+        default=(),
+    )
+    family: bool = quantity("Whether it is decided for all plants of a box of parameters", default=True)
+    late: str = quantity(
+        "The function for plants with dead time, of a criterion about slopes; empty where there is none", default=""
+    )
+    proof: str = quantity(
+        "``module:function`` of the ``proof`` of a certificate from the plant, an answer and an upper end, None "
+        "where it finds none; empty where the checker finds the polynomial itself",
+        default="",
+    )
+    broad: bool = quantity(
+        "Whether it is for rational plants alone, and ``best`` asks it about sectors and what depends on time alone: "
+        "of slopes others show more",
+        default=False,
+    )
 
     def answer(self, block: ScalarPlant, *, lower: Fraction, odd: bool, named: bool = False) -> CriterionResult:
         """The largest ``k`` of the classes ``[lower, k]`` that the criterion proves, computes or observes.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -13,6 +12,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.theorems.fir import NORM, SampledResponse
 from lure.arrays import NDArray, Reals, np, optimize
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Multiplier = dict[str, Any]
 _THIN = 16  # of the frequencies of a response, every so manieth to begin with
@@ -24,28 +24,19 @@ _SMALL = 1e-9
 _ON_THE_AXIS = 1e-12  # of the largest pole: nearer ones are poles on the axis
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class WeightedTaps:
     r"""The search for ``M(z) = 1 - sum h_i z^-i`` with ``Re[M(z) (G(r z) + 1/w)] > 0`` on the circle.
 
     .. math:: \sum |h_i|\, r^i \le 1, \qquad \sum |h_i|\, r^{-i} \le 1,
 
     with ``h_i >= 0`` unless ``phi`` is odd; see ``docs/theory/rates.md``.
-
-    Attributes
-    ----------
-    plant : RationalPlant
-        In discrete time.
-    lower, width : Fraction
-        The slopes are those in ``[lower, lower + width]``; ``G = H/(1 + lower H)``.
-    odd : bool
-        Whether taps may be negative.
     """
 
-    plant: RationalPlant
-    lower: Fraction
+    plant: RationalPlant = quantity("In discrete time")
+    lower: Fraction = quantity("The slopes are those in ``[lower, lower + width]``; ``G = H/(1 + lower H)``")
     width: Fraction
-    odd: bool
+    odd: bool = quantity("Whether taps may be negative")
 
     sizes: ClassVar[tuple[int, ...]] = (1, 2, 5, 10)
 
@@ -150,28 +141,19 @@ class WeightedTaps:
         return np.asarray(x[: count // 2] - x[count // 2 :] if self.odd else x), margin
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class WeightedKernels:
     r"""The search for ``M(s) = 1 + theta s - sum c_j h_j``, ``h_j = a/(a + s)`` or ``a/(a - s)``.
 
     ``Re[M (G(s - rate) + 1/w)] > 0`` on the axis, ``sum |c_j| h_j(rate) <= 1 + theta rate`` and ``sum |c_j| h_j(-rate)
     <= 1 - theta rate``; see ``docs/theory/rates.md``.  Attributes are those of :class:`WeightedTaps`, in continuous
     time.
-
-    Attributes
-    ----------
-    plant : RationalPlant
-        In continuous time.
-    lower, width : Fraction
-        The slopes are those in ``[lower, lower + width]``.
-    odd : bool
-        Whether kernels may be negative.
     """
 
-    plant: RationalPlant
-    lower: Fraction
+    plant: RationalPlant = quantity("In continuous time")
+    lower: Fraction = quantity("The slopes are those in ``[lower, lower + width]``")
     width: Fraction
-    odd: bool
+    odd: bool = quantity("Whether kernels may be negative")
 
     sizes: ClassVar[tuple[int, ...]] = (0, 6)
 
@@ -283,24 +265,17 @@ class WeightedKernels:
         return {"theta": str(cut[0]), "kernels": kernels}
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class WeightedCircle:
     r"""The circle criterion at a rate, in floating point: ``Re[p q^*] > 0`` where ``p = d + u n`` and ``q = d + l n``.
 
     Of the weighted plant, with all roots of ``q`` inside.  At its least value the polynomial is flat or at an end, so
     that no frequencies are sampled.
-
-    Attributes
-    ----------
-    plant : RationalPlant
-        The plant, in either time.
-    lower, upper : Fraction
-        The ends of the sector.
     """
 
-    plant: RationalPlant
-    lower: Fraction
-    upper: Fraction
+    plant: RationalPlant = quantity("The plant, in either time")
+    lower: Fraction = quantity("Lower end of the sector")
+    upper: Fraction = quantity("Upper end of the sector")
 
     @cached_property
     def _sides(self) -> tuple[Reals, Reals, float]:

@@ -23,6 +23,7 @@ from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 # The largest slope that multipliers of Zames and Falb prove: bisection in floating point, every result proved exactly.
 
@@ -40,29 +41,19 @@ class ProvedSlope:
     multiplier: Multiplier
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Task:
-    """The class ``[lower, k]`` and what is known beforehand.
+    """The class ``[lower, k]`` and what is known beforehand."""
 
-    Attributes
-    ----------
-    plant : TransferPolynomials
-        ``H / (1 + lower H)``, strictly stable but for a simple pole at 0, in continuous time.
-    lower : Fraction
-        Lower slope.
-    limit : float
-        Every ``k`` looked for is strictly below it: the loop with the gain ``limit`` is not stable, or ``inf``.
-    odd : bool
-        Whether coefficients may be negative.
-    full : bool
-        Whether to take more time.
-    """
-
-    plant: TransferPolynomials
-    lower: Fraction
-    limit: float
-    odd: bool
-    full: bool
+    plant: TransferPolynomials = quantity(
+        "``H / (1 + lower H)``, strictly stable but for a simple pole at 0, in continuous time"
+    )
+    lower: Fraction = quantity("Lower slope")
+    limit: float = quantity(
+        "Every ``k`` looked for is strictly below it: the loop with the gain ``limit`` is not stable, or ``inf``"
+    )
+    odd: bool = quantity("Whether coefficients may be negative")
+    full: bool = quantity("Whether to take more time")
 
     @property
     def families(self) -> tuple[Family, ...]:
@@ -250,20 +241,12 @@ THEOREM = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class KernelInequality:
-    """``Re[M (H + 1/(k - lower)) + i w theta H] > 0`` with kernels whose L1 norm is known, searched for from below.
+    """``Re[M (H + 1/(k - lower)) + i w theta H] > 0`` with kernels whose L1 norm is known, searched for from below."""
 
-    Attributes
-    ----------
-    base : RationalInequality
-        The circle criterion's, ``M = 1``.
-    task : Task
-        What the search is to know.
-    """
-
-    base: RationalInequality
-    task: Task
+    base: RationalInequality = quantity("The circle criterion's, ``M = 1``")
+    task: Task = quantity("What the search is to know")
 
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction, *, odd: bool, full: bool = False) -> KernelInequality:

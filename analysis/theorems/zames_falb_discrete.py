@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any, ClassVar, Self
@@ -35,6 +35,7 @@ from lure.arrays import np
 from lure.classes import SlopeBounds
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 NAME = "zames-falb"
 TITLE = "the criterion of Zames and Falb in discrete time"
@@ -137,26 +138,14 @@ def zames_falb_discrete_criterion(block: RationalPlant, bounds: SlopeBounds, *, 
     return _criterion(odd=odd).decide(block, bounds)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class TapsInequality:
-    """``Re[M (H + 1/(k - lower))] > 0`` on the circle with finitely many taps.
+    """``Re[M (H + 1/(k - lower))] > 0`` on the circle with finitely many taps."""
 
-    Attributes
-    ----------
-    base : RationalInequality
-        The same without a multiplier.
-    discrete : DiscretePlant
-        The shifted plant in powers of ``z``.
-    odd : bool
-        Whether taps may be negative.
-    taps : int or None
-        Largest shift; None for growing lengths.
-    """
-
-    base: RationalInequality
-    discrete: DiscretePlant
-    odd: bool
-    taps: int | None = None
+    base: RationalInequality = quantity("The same without a multiplier")
+    discrete: DiscretePlant = quantity("The shifted plant in powers of ``z``")
+    odd: bool = quantity("Whether taps may be negative")
+    taps: int | None = quantity("Largest shift; None for growing lengths", default=None)
     title: ClassVar[str] = TITLE
     critical: ClassVar[bool] = True
 
