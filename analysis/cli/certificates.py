@@ -8,7 +8,6 @@ import shlex
 import stat
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -35,6 +34,7 @@ from lure.analysis.cli.options import (
 from lure.analysis.cli.texts import wrapped
 from lure.analysis.wording import loop_words, plain
 from lure.errors import InputError, did_you_mean
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -55,29 +55,15 @@ STATUS = {ACCEPTED: 0, NO_CERTIFICATE: 2, REJECTED: 11}
 _SECOND = "the second checker, on python-flint, agrees"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Verified:
-    """What came of one file.
+    """What came of one file."""
 
-    Attributes
-    ----------
-    file : str
-        Its name as given; ``-`` is standard input.
-    result : str
-        ``ACCEPTED``, ``REJECTED`` or ``NO CERTIFICATE``.
-    reason : str
-        The claim that was accepted, or why it was not.
-    shown : Proved, Refuted or None
-        What the checker made of an accepted certificate.
-    second : bool or None
-        Whether the second checker agreed; None if it was not asked.
-    """
-
-    file: str
-    result: str
-    reason: str
-    shown: Proved | Refuted | None = None
-    second: bool | None = None
+    file: str = quantity("Its name as given; ``-`` is standard input")
+    result: str = quantity("``ACCEPTED``, ``REJECTED`` or ``NO CERTIFICATE``")
+    reason: str = quantity("The claim that was accepted, or why it was not")
+    shown: Proved | Refuted | None = quantity("What the checker made of an accepted certificate", default=None)
+    second: bool | None = quantity("Whether the second checker agreed; None if it was not asked", default=None)
 
     @property
     def status(self) -> int:

@@ -8,7 +8,6 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +15,7 @@ import typer
 
 from lure.analysis.cli.progress import Tell, progress
 from lure.errors import InputError
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -199,24 +199,14 @@ def print_wrapped(lines: Iterable[str], *, nested: int = 2) -> None:
     print("\n".join(part for line in lines for part in wrapped(line, indent=nested if line.startswith(" ") else 2)))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Output:
-    """How a command tells what it found, as the options of these names ask.
+    """How a command tells what it found, as the options of these names ask."""
 
-    Attributes
-    ----------
-    as_json : bool
-        Whether stdout is for JSON only.
-    quiet, verbose : bool
-        Whether nothing is said besides the results, and whether each step is.
-    replace : bool
-        Whether a file that exists may be replaced.
-    """
-
-    as_json: bool = False
-    quiet: bool = False
-    verbose: bool = False
-    replace: bool = False
+    as_json: bool = quantity("Whether stdout is for JSON only", default=False)
+    quiet: bool = quantity("Whether nothing is said besides the results", default=False)
+    verbose: bool = quantity("Whether each step is said", default=False)
+    replace: bool = quantity("Whether a file that exists may be replaced", default=False)
 
     def progress(self) -> AbstractContextManager[Tell | None]:
         """What shows how far the work is, see :func:`lure.analysis.cli.progress.progress`."""

@@ -6,11 +6,11 @@ import io
 import math
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from lure.analysis.drawing import Draw as Draw
+from lure.record import described, quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -180,20 +180,12 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 _PATH_DATA = re.compile(r' d="[^"]*"')
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Picture:
-    """A figure as an SVG document and a PNG image, both on white; empty what was not asked for.
+    """A figure as an SVG document and a PNG image, both on white; empty what was not asked for."""
 
-    Attributes
-    ----------
-    svg : str
-        The document.
-    png : bytes
-        The image.
-    """
-
-    svg: str = ""
-    png: bytes = b""
+    svg: str = quantity("The document", default="")
+    png: bytes = quantity("The image", default=b"")
 
     def file(self, suffix: str) -> bytes:
         """The file whose name ends so, ``.svg`` or ``.png``."""

@@ -19,6 +19,7 @@ from lure.analysis.plots import Draw, Picture
 from lure.analysis.questions.certify import text_of
 from lure.analysis.report.pdf import pdf_of
 from lure.analysis.verdict import Verdict
+from lure.record import described, quantity
 
 SCHEMA = "lure-report/1"
 Json = dict[str, Any]
@@ -46,29 +47,15 @@ class ContradictionError(RuntimeError):
     """A motion contradicts a verdict: one of the two is wrong, and no report is written."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class FigureSpec:
-    """One figure before it is drawn.
+    """One figure before it is drawn."""
 
-    Attributes
-    ----------
-    name : str
-        File name without its ending.
-    section : {"asked", "frequency", "criteria", "spectrum", "confirmation", "simulation"}
-        Where it stands in the report.
-    title : str
-        A few words above it.
-    caption : str
-        What to look at.
-    draw : callable
-        Draws on the axes it is given.
-    """
-
-    name: str
-    section: Section
-    title: str
-    caption: str
-    draw: Draw
+    name: str = quantity("File name without its ending")
+    section: Section = quantity("Where it stands in the report")
+    title: str = quantity("A few words above it")
+    caption: str = quantity("What to look at")
+    draw: Draw = quantity("Draws on the axes it is given")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

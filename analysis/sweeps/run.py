@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import forkserver
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
@@ -28,7 +28,7 @@ from lure.analysis.sweeps.store import FAILED, Store
 from lure.analysis.sweeps.study import Study
 from lure.errors import InputError
 from lure.files.reading import system_source
-from lure.record import Record, quantity
+from lure.record import Record, described, quantity
 
 if TYPE_CHECKING:
     import xarray
@@ -365,29 +365,15 @@ def _to_the_end(number: int, job: Job) -> int:
             os._exit(0)  # the pool is broken, and its queue may be held by the dead
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Job:
-    """What every process needs to compute chunks.
+    """What every process needs to compute chunks."""
 
-    Attributes
-    ----------
-    path : str
-        The store.
-    study : Study
-        What it holds.
-    digest : str
-        That of the study.
-    keep : {"none", "sample", "all"}
-        Which certificates are kept.
-    seconds : float or None
-        Time allowed to each point.
-    """
-
-    path: str
-    study: Study
-    digest: str
-    keep: Keep
-    seconds: float | None
+    path: str = quantity("The store")
+    study: Study = quantity("What it holds")
+    digest: str = quantity("That of the study")
+    keep: Keep = quantity("Which certificates are kept")
+    seconds: float | None = quantity("Time allowed to each point")
 
 
 @contextmanager

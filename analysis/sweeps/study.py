@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lure.files.reading import SystemSource, system_source
+from lure.record import described, quantity
 
 QUESTIONS = ("rod", "sector", "slope", "class", "gain", "rate", "region")
 # about a second each, and in a large study some seconds
@@ -52,26 +53,14 @@ class Distribution(NamedTuple):
     second: float  # the upper end, or the standard deviation
 
 
-@dataclass(frozen=True, kw_only=True)
+@described(frozen=True, kw_only=True)
 class Draw:
-    """Points drawn at random (``random``), spread evenly (``sobol``), or listed; always the same ones for one seed.
+    """Points drawn at random (``random``), spread evenly (``sobol``), or listed; always the same ones for one seed."""
 
-    Attributes
-    ----------
-    count : int
-        How many.
-    seed : int
-        Of the generator.
-    method : str
-        ``random``, ``sobol`` or ``listed``.
-    listed : tuple of tuple of float
-        The points, where they are listed.
-    """
-
-    count: int
-    seed: int = 0
-    method: str = "random"
-    listed: tuple[tuple[float, ...], ...] = ()
+    count: int = quantity("How many")
+    seed: int = quantity("Of the generator", default=0)
+    method: str = quantity("``random``, ``sobol`` or ``listed``", default="random")
+    listed: tuple[tuple[float, ...], ...] = quantity("The points, where they are listed", default=())
 
 
 @dataclass(frozen=True, kw_only=True)

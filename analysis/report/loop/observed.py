@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -27,6 +27,7 @@ from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
+from lure.record import described, quantity
 
 Runs = tuple[Trajectory, ...]
 
@@ -50,22 +51,20 @@ _WORDS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@described(frozen=True, kw_only=True, slots=True, eq=False)
 class Observation:
-    """What simulations of a loop showed: OBSERVED evidence.
+    """What simulations of a loop showed: OBSERVED evidence."""
 
-    Attributes
-    ----------
-    sentences : tuple of str
-        On the given nonlinearity, or those of several channels, known or members of their classes; empty without one
-        or with dead time.
-    trajectories : tuple of Trajectory
-        Some of the solutions: of the given nonlinearity, or of members of the class proved where no nonlinearity is
-        given.
-    """
-
-    sentences: tuple[str, ...] = ()
-    trajectories: Runs = ()
+    sentences: tuple[str, ...] = quantity(
+        "On the given nonlinearity, or those of several channels, known or members of their classes; empty without "
+        "one or with dead time",
+        default=(),
+    )
+    trajectories: Runs = quantity(
+        "Some of the solutions: of the given nonlinearity, or of members of the class proved where no nonlinearity "
+        "is given",
+        default=(),
+    )
 
 
 def observed(found: LoopAnalysis) -> Observation:

@@ -6,7 +6,6 @@ import math
 import os
 import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -28,6 +27,7 @@ from lure.analysis.report.parts import LADDER, Figure, versions, write_files
 from lure.analysis.report.pdf import embedded, printed_diagram
 from lure.extensions import extension
 from lure.files.system import LoopSystem
+from lure.record import described, quantity
 
 # The words of the page on a loop: headline, classes, criteria and counterexamples.
 
@@ -355,32 +355,16 @@ def loop_diagram(report: LoopReport) -> Markup:
 # The bar of a class: how far it is proved, from where it is refuted, what is open, and what was asked.
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@described(frozen=True, kw_only=True, slots=True)
 class Bar:
-    """One class as a bar, in percent of its width.
+    """One class as a bar, in percent of its width."""
 
-    Attributes
-    ----------
-    name : str
-        The class.
-    key : str
-        Where its numbers stand in the document.
-    row : dict
-        Its numbers.
-    pieces : tuple of (str, float)
-        ``proved``, ``open`` or ``refuted``, and the width of that piece.
-    asked : float or None
-        Place of the upper end that was asked about.
-    logarithmic : bool
-        Whether equal steps are equal ratios.
-    """
-
-    name: str
-    key: str
-    row: Data
-    pieces: tuple[tuple[str, float], ...]
-    asked: float | None
-    logarithmic: bool
+    name: str = quantity("The class")
+    key: str = quantity("Where its numbers stand in the document")
+    row: Data = quantity("Its numbers")
+    pieces: tuple[tuple[str, float], ...] = quantity("``proved``, ``open`` or ``refuted``, and the width of that piece")
+    asked: float | None = quantity("Place of the upper end that was asked about")
+    logarithmic: bool = quantity("Whether equal steps are equal ratios")
 
 
 def bar(name: str, key: str, row: Data, asked: float | None) -> Bar:
