@@ -98,7 +98,6 @@ class Band:
     sigma: tuple[Bracket, ...] = quantity("``max |sigma_i(t)|``")
     z: Bracket = quantity("``max |z(t)|``, the Euclidean length")
     error: float = quantity("How far ``z`` is from the balanced one at any time, at most")
-    mean_error: float = quantity("The same in the mean square of ``sigma`` over a period")
     residual: float = quantity("The mean square root of what the harmonics miss")
 
 
@@ -260,7 +259,7 @@ def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb
         wide, period = sum((e * e for e in errors[m:]), arb(0)).sqrt(), bool(found.wave.omega)
         sigma = tuple(around(peak([missed.rows[i]], period=period), errors[i]) for i in range(m))
         z = around(peak(missed.rows[m:], period=period), wide)
-        return Band(sigma, z, above(wide), above(mean), above(missed.mean))
+        return Band(sigma, z, above(wide), above(missed.mean))
 
 
 def peak(rows: list[Harmonics], *, period: bool = True) -> arb:

@@ -248,7 +248,7 @@ def sample_band(loop: ForcedLoop, found: Balanced, V: Falling) -> Band:
         wide = sum((e * e for e in errors[m:]), arb(0)).sqrt().upper()
         sigma = tuple(around(peak([missed.rows[i]]), errors[i]) for i in range(m))
         z = around(peak(missed.rows[m:]), wide)
-        return Band(sigma, z, above(wide), above(reach), above(missed.mean))
+        return Band(sigma, z, above(wide), above(missed.mean))
 
 
 def _length(row: Sequence[fmpq], inverse: arb_mat) -> arb:

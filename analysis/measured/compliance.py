@@ -202,7 +202,6 @@ _DEEPEST, _HIGHEST = -50.0, 25.0  # gap below the data, in ranges of displacemen
 _LOWEST = 0.05
 _STEPS = 60
 _STRIDE, _GROWTH = 0.4, 1.15
-_NEIGHBOURS = 3
 
 
 class Problem:

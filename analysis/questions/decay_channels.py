@@ -35,8 +35,6 @@ FORMS = ("diagonal-circle", "coupled-circle", "full-block-circle", "constant-gai
 _VERTICES, _DRAWN, _KEPT, _BESIDE, _ROUNDS, _SEED = 10, 400, 6, 40, 14, 20261122
 _BACK = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # from what a pattern seems to reach
 _BITS = (256, 1024)
-_BELOW = tuple(Fraction(1, 10**digits) for digits in (12, 9, 6, 4))  # of a growth in floating point
-_SHORT, _LEAST = 10**6, Fraction(1, 10**9)  # denominators of exact growths; below the second it is rounding
 
 
 def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:

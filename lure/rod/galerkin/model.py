@@ -245,7 +245,6 @@ def refuse_jumps(u0: Expression, length: float) -> None:
 
 
 INTEGRALS = 5
-_MARGIN = 1e-12
 
 
 @described(frozen=True, kw_only=True, eq=False)
