@@ -231,18 +231,24 @@ def oscillation_witness(
     return witness if fits else None
 
 
-@lru_cache(maxsize=64)
-def _smallest(block: RationalPlant, lower: Fraction) -> Witness | None:
-    """The witness with the smallest ``k`` found."""
-    if block.dt is not None or not 0 < block.order <= MAX_ORDER:
+def _gap(block: RationalPlant, lower: Fraction, least: int) -> tuple[float, float] | None:
+    """Where the circle criterion and stable gains end, of orders from ``least`` on; None: nothing lies between."""
+    if block.dt is not None or not least <= block.order <= MAX_ORDER:
         return None
     plant = TransferPolynomials.of(block)
     if plant.shifted(lower).poles.right > 0:
         return None
     start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
-    if start == math.inf or stable.low <= lower:  # no gain above the lower one is stable
+    return None if start == math.inf or stable.low <= lower else (start, stable.high)
+
+
+@lru_cache(maxsize=64)
+def _smallest(block: RationalPlant, lower: Fraction) -> Witness | None:
+    """The witness with the smallest ``k`` found."""
+    gap = _gap(block, lower, 1)
+    if gap is None:
         return None
-    system, d, limit = companion(block), block.feedthrough, stable.high
+    (start, limit), system, d = gap, companion(block), block.feedthrough
     search = OrbitSearch(
         system=replace(system, d=Fraction(0)),
         lower=lower / (1 + d * lower),
@@ -307,20 +313,15 @@ class _Begun(NamedTuple):
 
 def _begun(block: RationalPlant, lower: Fraction, family: tuple[bool, tuple[int, ...], int]) -> _Begun | None:
     """The loop for a family of waves; None where no solution is looked for."""
-    if block.dt is not None or not KALMAN < block.order <= MAX_ORDER:
+    gap = _gap(block, lower, KALMAN + 1)
+    if gap is None:
         return None
-    plant = TransferPolynomials.of(block)
-    if plant.shifted(lower).poles.right > 0:
-        return None
-    start, stable = circle_reach(plant, lower)[0], hurwitz_limit(block, lower)
-    if start == math.inf or stable.low <= lower:
-        return None
-    system, (odd, harmonics, kinks) = companion(block), family
+    (start, limit), system, (odd, harmonics, kinks) = gap, companion(block), family
     A, b, c, d = [list(row) for row in system.A], [[v] for v in system.b], [list(system.c)], [[system.d]]
     inner, into, out, direct = (np.array(side, dtype=float) for side in (A, b, c, d))
     low, high = np.array([float(lower)]), np.ones(1)
     balance = Balance(inner, into, out, direct, low, high, [range(1)], [odd], harmonics, [kinks])
-    return _Begun(system, Plant(A, b, c, d, discrete=False), balance, min(stable.high, _REACH * start))
+    return _Begun(system, Plant(A, b, c, d, discrete=False), balance, min(limit, _REACH * start))
 
 
 @lru_cache(maxsize=64)

@@ -10,7 +10,7 @@ from typing import Any
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.arithmetic import numbers
 from lure.analysis.certificates.channels import Plant, plant
-from lure.analysis.export.quadratic import Term, bilinear, less, nonnegative, whole_loop
+from lure.analysis.export.quadratic import Term, bilinear, less, nonnegative, times, whole_loop
 from lure.analysis.export.regional import MOST_ENTRIES, Region
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
 
@@ -68,9 +68,9 @@ class _Beyond(Region):
         f, p, q = self.forms, self.rate.numerator, self.rate.denominator
         V = bilinear(f.P, f.now, f.now)
         if self.discrete:
-            return [*_times(q, [*bilinear(f.P, f.then, f.then), *f.products]), *_times(-p - q, V)]
+            return [*times(q, [*bilinear(f.P, f.then, f.then), *f.products]), *times(-p - q, V)]
         turn = [*bilinear(f.P, f.now, f.then), *bilinear(f.P, f.then, f.now)]
-        return [*_times(q, [*turn, *f.products]), *_times(-p, V)]
+        return [*times(q, [*turn, *f.products]), *times(-p, V)]
 
     def hypotheses(self) -> list[tuple[str, str]]:
         """Names and statements."""
@@ -140,8 +140,3 @@ class _Beyond(Region):
             f"    {{ apply (tends_same _ (fun t => {unit} * x {k}%nat t)); [{shown}|].",
             f"      replace 0 with ({unit} * 0) by ring; now apply tends_scal. }}",
         ]
-
-
-def _times(factor: int, given: list[Term]) -> list[Term]:
-    """A form times a whole number."""
-    return [(factor * c, u, v) for c, u, v in given]

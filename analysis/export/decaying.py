@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -13,7 +13,7 @@ from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import paced, realised
 from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.loops import candidates, of_states, of_transfer
-from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, mix, nonnegative, whole, whole_loop
+from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, mix, nonnegative, times, whole, whole_loop
 from lure.analysis.export.words import folded, integers, refused, terms, whole_file
 
 MOST = 400
@@ -89,8 +89,8 @@ class _Rate:
 def _scaled(found: Forms, k: int) -> Forms:
     """``V`` times a whole number."""
     return replace(
-        found, P=[[k * v for v in row] for row in found.P], products=_times(k, found.products), factor=k * found.factor,
-        low=_times(k, found.low), turn=_times(k, found.turn),
+        found, P=[[k * v for v in row] for row in found.P], products=times(k, found.products), factor=k * found.factor,
+        low=times(k, found.low), turn=times(k, found.turn),
         integrals=[(i, k * c, row, q) for i, c, row, q in found.integrals],
         block=[[k * v for v in row] for row in found.block],
         cones=[[[k * v for v in row] for row in M] for M in found.cones],
@@ -111,21 +111,21 @@ def _decays(loop: Loop, rate: Fraction) -> _Rate | None:
     found, high = _scaled(found, k), [(int(k * c), sigma, sigma) for c, sigma in above]
     V, S = bilinear(found.P, found.now, found.now), [(-c, u, v) for c, u, v in found.products]
     if loop.discrete:
-        less = [*_times(p * p, V), *_times(-q * q, bilinear(found.P, found.then, found.then)), *_times(p * p, S)]
+        less = [*times(p * p, V), *times(-q * q, bilinear(found.P, found.then, found.then)), *times(p * p, S)]
     else:
         turn = [*bilinear(found.P, found.now, found.then), *bilinear(found.P, found.then, found.now), *found.turn]
-        less = [*_times(-q, turn), *_times(-2 * p, [*V, *(high if p >= 0 else found.low)]), *_times(q, S)]
+        less = [*times(-q, turn), *times(-2 * p, [*V, *(high if p >= 0 else found.low)]), *times(q, S)]
     if not nonnegative(less, n):
         return None
     squares, power = [(1, f, f) for f in found.now], 1
-    while not nonnegative([*_times(power, [*V, *found.low]), *_times(-16, squares)], n):
+    while not nonnegative([*times(power, [*V, *found.low]), *times(-16, squares)], n):
         power *= 2  # until whole numbers tell enough
         if power * V[0][0] > 1 << MOST:
             return None
-    found, high = _scaled(found, power), _times(power, high)
+    found, high = _scaled(found, power), times(power, high)
     V = bilinear(found.P, found.now, found.now)
-    inner = _largest(lambda k: nonnegative([*V, *found.low, *_times(-k, squares)], n))
-    outer = 1 + _largest(lambda k: not nonnegative([*_times(k, squares), *_times(-1, [*V, *high])], n))
+    inner = _largest(lambda k: nonnegative([*V, *found.low, *times(-k, squares)], n))
+    outer = 1 + _largest(lambda k: not nonnegative([*times(k, squares), *times(-1, [*V, *high])], n))
     return _Rate(forms=found, high=high, inner=inner, outer=outer)
 
 
@@ -139,11 +139,6 @@ def _largest(holds: Callable[[int], bool]) -> int:
         middle = (low + top) // 2
         low, top = (middle, top) if holds(middle) else (low, middle)
     return low
-
-
-def _times(factor: int, given: Sequence[Term]) -> list[Term]:
-    """A form times a whole number."""
-    return [(factor * c, u, v) for c, u, v in given]
 
 
 class _Decay(FallingTheorem):

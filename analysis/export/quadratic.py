@@ -113,6 +113,11 @@ def less(row: Vector, factor: Fraction, other: Vector) -> Vector:
     return [a - factor * b for a, b in zip(row, other, strict=True)]
 
 
+def times(factor: int, terms: Iterable[Term]) -> list[Term]:
+    """A form times a whole number."""
+    return [(factor * c, u, v) for c, u, v in terms]
+
+
 def matrix_of(terms: Iterable[Term], size: int) -> list[list[int]]:
     """Upper triangle by rows of twice ``sum c (u z)(v z)``."""
     M = [[0] * (size - i) for i in range(size)]

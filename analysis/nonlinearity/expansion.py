@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from flint import arb, arb_series, fmpq
+from flint import arb, arb_series
 
 from lure.analysis.nonlinearity.jets import NOTHING, Span, inside_sech_square, sech_square_series, tanh_series
 from lure.analysis.nonlinearity.rational import Candidate, Cover, End, bounds_of
@@ -119,7 +119,7 @@ class Stretch:
 
     def power(self, exponent: Fraction) -> Span:
         """``tau^exponent``."""
-        return Span.of(self.tau ** arb_of(exponent))
+        return Span.of(self.tau ** ball(exponent))
 
     def upto(self, exponent: Fraction) -> Span:
         """What ``t^exponent`` lies in, ``exponent >= 0``."""
@@ -237,11 +237,11 @@ class Stretch:
         rate, fall = -self.hull(f.growth, f.growth.lead).high, -f.growth.lead
         power = ORDER - min(f.lead, _ZERO)
         # y^(power/fall) exp(-rate y), y = t^(-fall) >= tau^(-fall), is largest at peak, or at the end if that is later
-        peak, end = (arb_of(power / fall) / rate).upper(), self.power(-fall)
+        peak, end = (ball(power / fall) / rate).upper(), self.power(-fall)
         top = peak.max(end.high)
-        most = (top ** arb_of(power / fall) * (-rate * peak.max(end.low)).exp()).upper() if end.low >= peak else None
+        most = (top ** ball(power / fall) * (-rate * peak.max(end.low)).exp()).upper() if end.low >= peak else None
         if most is None:
-            most = (peak ** arb_of(power / fall) * (-rate * (arb_of(power / fall) / rate).lower()).exp()).upper()
+            most = (peak ** ball(power / fall) * (-rate * (ball(power / fall) / rate).lower()).exp()).upper()
         return self.multiply(f.plain, self.within(Span(arb(0), most), power))
 
     def exponential(self, f: Expansion) -> Expansion:
@@ -287,7 +287,7 @@ class Stretch:
         held, lead = self.hull(f, f.lead), f.lead
         if held.sign is None or (exponent.denominator != 1 and held.sign < 0):
             return self._repeated(f, exponent)
-        p = arb_of(exponent)
+        p = ball(exponent)
         sign = -1 if held.sign < 0 and exponent.numerator % 2 else 1
         if lead not in f.terms:
             size = held.size.power(p)
@@ -329,11 +329,6 @@ def _series(function: Callable[[arb_series], arb_series], centre: arb, length: i
     except (ValueError, ZeroDivisionError):
         raise Unsettled from None
     return [found[k] for k in range(length)]
-
-
-def arb_of(value: Fraction) -> arb:
-    """The rational number as a ball."""
-    return arb(fmpq(value.numerator, value.denominator))
 
 
 _LOG_POWER = Fraction(1, 8)

@@ -39,7 +39,7 @@ from lure.arrays import np
 from lure.classes import DELAYS, SCALAR, Diagonal, NonlinearityClass
 from lure.errors import AssumptionError, InputError
 from lure.plants.delay_matrix import DelayMatrix
-from lure.plants.multivariable import MultivariablePlant, Rows
+from lure.plants.multivariable import MultivariablePlant, Rows, rational_rows
 from lure.plants.rational import RationalPlant
 
 Answered = StabilityBound | Certification
@@ -234,12 +234,8 @@ def turned(plant: MultivariablePlant, groups: Sequence[Sequence[int]]) -> tuple[
         return None, None
     S = fmpq_mat(kept).transpose()
     back = S.inv()
-    sides = [_rows(side) for side in (back * A * S, back * B, C * S)]
-    return MultivariablePlant(sides[0], sides[1], sides[2], plant.D, plant.dt, plant.names), _rows(S)
-
-
-def _rows(matrix: fmpq_mat) -> Rows:
-    return tuple(tuple(Fraction(int(v.p), int(v.q)) for v in row) for row in matrix.tolist())
+    sides = [rational_rows(side) for side in (back * A * S, back * B, C * S)]
+    return MultivariablePlant(sides[0], sides[1], sides[2], plant.D, plant.dt, plant.names), rational_rows(S)
 
 
 def in_parts(

@@ -16,7 +16,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 
 from lure.classes import OPERATORS
 from lure.errors import InputError
-from lure.files.values import STRICT, field_key, number_of, one_line, shown
+from lure.files.values import STRICT, array_of_tables, field_key, number_of, one_line, shown
 from lure.plants import coefficients
 from lure.plants.multivariable import MOST_CHANNELS
 from lure.plants.text import exact_coefficient
@@ -226,11 +226,6 @@ def _questions(value: object, info: ValidationInfo) -> tuple[str, ...]:
     return tuple(map(str, listed))
 
 
-def _listed(value: object) -> object:
-    """An array of tables; of a single table the array with this one."""
-    return [value] if isinstance(value, dict) else value
-
-
 Coefficients: TypeAlias = Annotated[tuple[Fraction | str, ...] | None, BeforeValidator(_list)]
 Parameters: TypeAlias = Annotated[dict[str, Any] | None, BeforeValidator(_parameters)]
 Matrix: TypeAlias = Annotated[list[Any] | None, BeforeValidator(_matrix)]
@@ -385,8 +380,8 @@ class PlantTables(BaseModel):
     name: Line = Field(default=None, description="name for the report")
     title: Line = Field(default=None, description="one line that says what it is")
     plant: PlantTable
-    nonlinearity: Annotated[list[NonlinearityTable], BeforeValidator(_listed)] = Field(default_factory=list)
-    nonlinearity_class: Annotated[list[ClassTable], BeforeValidator(_listed)] = Field(
+    nonlinearity: Annotated[list[NonlinearityTable], BeforeValidator(array_of_tables)] = Field(default_factory=list)
+    nonlinearity_class: Annotated[list[ClassTable], BeforeValidator(array_of_tables)] = Field(
         default_factory=list, alias="class"
     )
     performance: PerformanceTable | None = None

@@ -98,6 +98,11 @@ def number_of(value: object, name: str) -> Fraction:
     return Fraction(0) if isinstance(value, Decimal) and not value else exact_number(value, name)
 
 
+def array_of_tables(value: object) -> object:
+    """An array of tables; of a single table the array with this one."""
+    return [value] if isinstance(value, dict) else value
+
+
 def one_line(value: object, info: ValidationInfo) -> str:
     """A text that fits in a heading."""
     if not isinstance(value, str):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from lure.arrays import Reals, np
 from lure.errors import InputError
 from lure.expressions.regularity import smooth
-from lure.expressions.rigorous import enclosure
+from lure.expressions.rigorous import ball, enclosure
 from lure.expressions.tree import derivative
 from lure.networks.network import Network
 from lure.nonlinearities.base import LibraryNonlinearity, Nonlinearity
@@ -189,10 +189,10 @@ def _step(
     Of ``f`` with slopes in the matrix ``J`` over the box ``Z``, and any invertible ``Y``, the image is ``z - Y f(z) +
     (1 - Y J)(Z - z)``: strictly inside, it shows that ``f`` has exactly one zero in ``Z``.
     """
-    from flint import arb, arb_mat, fmpq
+    from flint import arb, arb_mat
 
     n, size, box = H.order, len(z), Fraction(0) if radius is None else radius
-    points = [arb(fmpq(v.numerator, v.denominator)) for v in z]
+    points = list(map(ball, z))
     wide = [p + arb(0, float(box)) if box else p for p in points]
     try:
         f, slopes = _residual(H, phi, given, points), _slopes(H, phi, wide[n:])
@@ -208,8 +208,7 @@ def _step(
     Y = arb_mat([[v.mid() for v in row] for row in Y.tolist()])
     one = arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
     image = (one - Y * slopes) * arb_mat([[arb(0, float(box))]] * size) - Y * f
-    half = arb(fmpq(radius.numerator, radius.denominator))
-    inside = all(bool(abs(image[i, 0]) < half) for i in range(size))
+    inside = all(bool(abs(image[i, 0]) < ball(radius)) for i in range(size))
     return list(z) if inside and bool(Y.det() != 0) else None
 
 
@@ -238,21 +237,16 @@ def _residual(
 
 def _slopes(H: MultivariablePlant, phi: Sequence[Nonlinearity], sigma: Sequence[arb]) -> arb_mat:
     """The matrix of derivatives of the residual over balls of ``sigma``."""
-    from flint import arb, arb_mat, fmpq
+    from flint import arb_mat
 
     k = [_values(one, v)[1] for one, v in zip(phi, sigma, strict=True)]
-
-    def number(v: Fraction) -> arb:
-        """The number as a ball."""
-        return arb(fmpq(v.numerator, v.denominator))
-
     still = int(H.dt is not None)
     rows = [
-        [*(number(v - still * (i == j)) for j, v in enumerate(A)), *(-number(b) * s for b, s in zip(B, k, strict=True))]
+        [*(ball(v - still * (i == j)) for j, v in enumerate(A)), *(-ball(b) * s for b, s in zip(B, k, strict=True))]
         for i, (A, B) in enumerate(zip(H.A, H.B, strict=True))
     ]
     rows += [
-        [*map(number, C), *(-number(d) * s - int(i == j) for j, (d, s) in enumerate(zip(D, k, strict=True)))]
+        [*map(ball, C), *(-ball(d) * s - int(i == j) for j, (d, s) in enumerate(zip(D, k, strict=True)))]
         for i, (C, D) in enumerate(zip(H.C, H.D, strict=True))
     ]
     return arb_mat(rows)
@@ -266,27 +260,21 @@ def _values(phi: Nonlinearity, sigma: arb) -> tuple[arb, arb]:
     InputError
         A kink lies in the ball.
     """
-    from flint import arb, fmpq
-
-    def number(v: Fraction) -> arb:
-        """The number as a ball."""
-        return arb(fmpq(v.numerator, v.denominator))
-
     if isinstance(phi, Tanh):
-        t = (sigma / number(phi.scale)).tanh()
-        return number(phi.gain) * t, number(phi.gain / phi.scale) * (1 - t * t)
+        t = (sigma / ball(phi.scale)).tanh()
+        return ball(phi.gain) * t, ball(phi.gain / phi.scale) * (1 - t * t)
     if isinstance(phi, Cubic):
         square = sigma * sigma
-        linear, cubic = number(phi.linear), number(phi.cubic)
+        linear, cubic = ball(phi.linear), ball(phi.cubic)
         return sigma * (linear + cubic * square), linear + 3 * cubic * square
     if isinstance(phi, GraphNonlinearity):
         graph = phi.graph
-        if any(not (sigma > number(x) or sigma < number(x)) for x in graph.kinks):
+        if any(not (sigma > ball(x) or sigma < ball(x)) for x in graph.kinks):
             raise InputError("a kink lies at the equilibrium")
         place = bisect_left(graph.knots, _rational(sigma.mid()))
         knot = min(place, len(graph.knots) - 1)
-        slope = number(graph.slopes[place])
-        return number(graph.values[knot]) + slope * (sigma - number(graph.knots[knot])), slope
+        slope = ball(graph.slopes[place])
+        return ball(graph.values[knot]) + slope * (sigma - ball(graph.knots[knot])), slope
     assert isinstance(phi, ExpressionNonlinearity), "no other is taken"
     tree, point = phi.expression.tree, dict.fromkeys(phi.expression.variables, sigma)
     return enclosure(tree, point), enclosure(derivative(tree, phi.expression.variables[0]), point)

@@ -14,6 +14,7 @@ from lure.arrays import NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, InputError, Reason, demand_whole
 from lure.exact import Exact, exact_number
+from lure.expressions.rigorous import ball
 from lure.nonlinearities.base import Nonlinearity, NormalCompliance
 from lure.nonlinearities.formula import ExpressionNonlinearity
 from lure.nonlinearities.named import Cubic, Quantiser, Tanh
@@ -180,8 +181,7 @@ class _Sample:
             for weight, offset in combination:
                 x = float(self.x[i + offset])
                 top, bottom = top + weight * self._ball(x), bottom + weight * flint.arb(x)
-            exact = flint.arb(flint.fmpq(limit.numerator, limit.denominator))
-            return bool(sign * (top / bottom - exact) > 0)
+            return bool(sign * (top / bottom - ball(limit)) > 0)
 
     def _ball(self, x: float) -> arb:
         import flint

@@ -12,6 +12,7 @@ from lure.arrays import ArrayLike, NDArray, np
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.exact import Exact, exact_number
+from lure.expressions.rigorous import ball
 from lure.nonlinearities.base import LibraryNonlinearity, NamedNonlinearity, Nonlinearity
 from lure.nonlinearities.named import Cubic, Tanh
 from lure.nonlinearities.piecewise_linear import Graph, GraphNonlinearity, PiecewiseLinear
@@ -21,7 +22,23 @@ from lure.record.values import exact_text
 _BITS = 128
 
 
-class ShiftedNonlinearity(NamedNonlinearity, kw_only=False):
+class _AsSmooth:
+    """As regular as the nonlinearity that it is made of."""
+
+    nonlinearity: Nonlinearity
+
+    @property
+    def regularity(self) -> str:
+        """That of the nonlinearity."""
+        return str(getattr(self.nonlinearity, "regularity", "unknown"))
+
+    @property
+    def locally_lipschitz(self) -> bool:
+        """Whether the nonlinearity is known to be."""
+        return bool(getattr(self.nonlinearity, "locally_lipschitz", False))
+
+
+class ShiftedNonlinearity(_AsSmooth, NamedNonlinearity, kw_only=False):
     """``phi(sigma) - gain sigma`` of another nonlinearity; made by :func:`shifted_nonlinearity`.
 
     Attributes
@@ -54,16 +71,6 @@ class ShiftedNonlinearity(NamedNonlinearity, kw_only=False):
     def odd(self) -> bool:
         """Whether the nonlinearity is odd."""
         return bool(getattr(self.nonlinearity, "odd", False))
-
-    @property
-    def regularity(self) -> str:
-        """That of the nonlinearity."""
-        return str(getattr(self.nonlinearity, "regularity", "unknown"))
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """Whether the nonlinearity is known to be."""
-        return bool(getattr(self.nonlinearity, "locally_lipschitz", False))
 
     @property
     def breakpoints(self) -> tuple[Fraction, ...]:
@@ -166,7 +173,7 @@ def shifted_bound(bound: float | Fraction, gain: Fraction) -> float | Fraction:
     return bound if bound in (math.inf, -math.inf) else Fraction(bound) - gain
 
 
-class MovedNonlinearity(NamedNonlinearity, kw_only=False):
+class MovedNonlinearity(_AsSmooth, NamedNonlinearity, kw_only=False):
     r"""``phi(at + sigma) - phi(at)`` of another nonlinearity, with ``at`` known to within ``within``.
 
     All that is said of it is true for every number that is no farther from ``at``: it is about the one that is meant,
@@ -247,16 +254,6 @@ class MovedNonlinearity(NamedNonlinearity, kw_only=False):
         """Those of the nonlinearity."""
         return getattr(self.nonlinearity, "slope_bounds", None)
 
-    @property
-    def regularity(self) -> str:
-        """That of the nonlinearity."""
-        return str(getattr(self.nonlinearity, "regularity", "unknown"))
-
-    @property
-    def locally_lipschitz(self) -> bool:
-        """Whether the nonlinearity is known to be."""
-        return bool(getattr(self.nonlinearity, "locally_lipschitz", False))
-
     def __call__(self, sigma: ArrayLike, /) -> NDArray[np.float64]:
         """Values around the middle, elementwise."""
         at, x = float(self.at), np.asarray(sigma, dtype=float)
@@ -316,7 +313,7 @@ def steepest_chord(at: Fraction, within: Fraction) -> Fraction:
     0)/s`` with ``d = tanh(s) - tanh(t) - m (s - t)``, which is 0 for the ``t`` that is looked for.  Elsewhere ``s``
     adds at most ``max |tanh''| = 4/27^(1/2) < 1`` times ``within``.
     """
-    from flint import arb, ctx, fmpq
+    from flint import arb, ctx
 
     s = float(at)
     if not 1e-6 < s < 1e6:
@@ -326,10 +323,10 @@ def steepest_chord(at: Fraction, within: Fraction) -> Fraction:
         t = (low + high) / 2
         low, high = (t, high) if math.tanh(s) - math.tanh(t) > (1 - math.tanh(t) ** 2) * (s - t) else (low, t)
     with ctx.workprec(_BITS):
-        x, touched = arb(fmpq(at.numerator, at.denominator)), arb(low)
+        x, touched = ball(at), arb(low)
         m = 1 - touched.tanh() * touched.tanh()
         rest = x.tanh() - touched.tanh() - m * (x - touched)
-        bound = m + (rest.max(arb(0)) / x) + arb(fmpq(within.numerator, within.denominator))
+        bound = m + (rest.max(arb(0)) / x) + ball(within)
         above = (bound * arb(2) ** 50).upper().ceil().unique_fmpz()
     return Fraction(1) if above is None else min(Fraction(1), Fraction(int(above), 2**50))
 

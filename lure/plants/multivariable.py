@@ -283,7 +283,7 @@ def plant_of_transfers(entries: Sequence[Sequence[RationalPlant]]) -> Multivaria
     whole, seen = _flint(A), _flint(C)
     basis = _observed(whole, seen)
     right = basis.transpose() * (basis * basis.transpose()).inv()  # basis * right = 1
-    small = [_rows(part) for part in (basis * whole * right, basis * _flint(B), seen * right)]
+    small = [rational_rows(part) for part in (basis * whole * right, basis * _flint(B), seen * right)]
     return MultivariablePlant(small[0], small[1], small[2], D, dt)
 
 
@@ -346,5 +346,6 @@ def _flint(rows: Sequence[Sequence[Fraction]]) -> fmpq_mat:
     return fmpq_mat([[fmpq(v.numerator, v.denominator) for v in row] for row in rows])
 
 
-def _rows(matrix: fmpq_mat) -> Rows:
+def rational_rows(matrix: fmpq_mat) -> Rows:
+    """The rows of an exact matrix."""
     return tuple(tuple(Fraction(int(v.p), int(v.q)) for v in row) for row in matrix.tolist())

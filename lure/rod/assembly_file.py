@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 from lure.errors import InputError
 from lure.files.kinds import FileKind
 from lure.files.system import LoopSystem, channel_system, loop_system
-from lure.files.values import STRICT, field_key, number_of, one_line, shown
+from lure.files.values import STRICT, array_of_tables, field_key, number_of, one_line, shown
 from lure.plants.multivariable import MultivariablePlant
 from lure.rod.assembly import ARRANGEMENTS, MOST_CELLS, Arrangement, RodAssembly
 from lure.rod.file import ZERO_OF_T, ZERO_OF_X, Cells, Formula, Positive, damping_of
@@ -31,10 +31,6 @@ def _values(value: object, info: ValidationInfo) -> tuple[Fraction, ...]:
     if not listed:
         raise InputError(f"{name} is an empty list; give a number, or one for each contact")
     return tuple(number_of(one, name) for one in listed)
-
-
-def _array(value: object) -> object:
-    return [value] if isinstance(value, dict) else value
 
 
 class BarTable(BaseModel):
@@ -91,7 +87,7 @@ class AssemblyTables(BaseModel):
     model_config = ConfigDict(**STRICT)
     name: Annotated[str | None, BeforeValidator(one_line)] = Field(default=None, description="name for the report")
     contact: ContactTable
-    rod: Annotated[list[BarTable], BeforeValidator(_array)]
+    rod: Annotated[list[BarTable], BeforeValidator(array_of_tables)]
     discretisation: SchemeTable = SchemeTable()
     simulation: MotionTable = MotionTable()
 

@@ -9,7 +9,7 @@ from flint import arb
 
 from lure import SlopeBounds
 from lure.analysis.nonlinearity import nonlinearity_bounds
-from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, arb_of, enclosure_at_end, expanded
+from lure.analysis.nonlinearity.expansion import Stretch, Unsettled, enclosure_at_end, expanded
 from lure.analysis.nonlinearity.jets import Span, jet, over_sigma, values_by_branch
 from lure.analysis.nonlinearity.pieces import difference_vanishes
 from lure.analysis.nonlinearity.rational import Candidate, Cover, tightened
@@ -66,8 +66,8 @@ NAMES = [name for name, _ in TREES]
 
 def held(m, t):
     """What an expansion says of the value at ``t``, from its definition."""
-    total = Span.of(sum((c * t ** arb_of(e) for e, c in m.terms.items()), arb(0)))
-    total += m.rest * Span.of(t ** arb_of(m.order))
+    total = Span.of(sum((c * t ** ball(e) for e, c in m.terms.items()), arb(0)))
+    total += m.rest * Span.of(t ** ball(m.order))
     if m.growth is not None:
         growth = held(m.growth, t)
         total *= Span(growth.low.exp().lower(), growth.high.exp().upper())
