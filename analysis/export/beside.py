@@ -36,13 +36,6 @@ def beside_text(data: Mapping[str, Any], claim: str) -> str:
 
     The states of a part satisfy the equations of the part, entry by entry, so that its theorem is applied to them.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

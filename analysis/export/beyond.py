@@ -18,13 +18,6 @@ from lure.analysis.export.words import folded, integers, number, refused, terms,
 def beyond_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of starts whose solutions do not tend to 0, as ``V > 1`` grows.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

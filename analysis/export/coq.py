@@ -1,7 +1,8 @@
 """A certificate as a file for Coq: a theorem about the plant's own coefficients, and its proof by computation.
 
 Beside the theorem the file holds all that it needs but Coq's standard library, from the files ``*.v`` of this folder,
-which are the same for every loop.
+which are the same for every loop.  Of each kind of certificate a function writes it, from ``data``, the certificate,
+and ``claim``, the sentence of the checker.
 """
 
 from __future__ import annotations

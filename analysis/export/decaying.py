@@ -22,13 +22,6 @@ MOST = 400
 def decaying_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of the circle criterion, or of Popov's by a matrix, with a rate.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate, with its key ``rate``.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -35,13 +35,6 @@ ZERO, ONE, SMALL = Fraction(0), Fraction(1), 1e-6
 def driven_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a member of a class with constant gains whose gain from ``w`` to ``z`` is larger, or infinite.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -39,13 +39,6 @@ ZERO = Fraction(0)
 def everywhere_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a loop that 0 attracts everywhere, of one nonlinearity in continuous time.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -16,13 +16,6 @@ from lure.analysis.export.words import folded, integers, number, refused, terms,
 def falling_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate that a quadratic form with integrals shows.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -22,13 +22,6 @@ def has_gain(data: Mapping[str, Any]) -> bool:
 def gaining_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of a gain.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -24,13 +24,6 @@ LIBRARIES = ("forms.v", "flow.v", "regions.v", "interval.v")
 def interval_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for an interval that 0 attracts, of a loop with one state in continuous time.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

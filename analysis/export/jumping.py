@@ -191,13 +191,6 @@ def _piece_holds(stay: Stay, forms: tuple[Rows, Rows], m: int, drop: int) -> boo
 def jumping_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a refutation by gains that jump and repeat, in continuous time.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -32,13 +32,6 @@ def members_text(data: Mapping[str, Any], claim: str) -> str:
     Where no channel alone moves all states, or its class has infinite bounds, a form shows that a solution grows:
     ``x'Qx`` falls, and is negative at the start.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

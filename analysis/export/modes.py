@@ -32,13 +32,6 @@ def mode_text(data: Mapping[str, Any], claim: str) -> str:
     of the plane, with ``g = -Re d conj n / |n|^2``, which stays within the class between the two places.  Where it is
     at an end of the class, ``d + g n`` has a factor ``(s - c)^2 + r`` with rational ``c`` and ``r > 0``.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

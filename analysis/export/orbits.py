@@ -23,13 +23,6 @@ LIBRARIES = ("forms.v", "flow.v", "orbits.v")
 def orbit_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a refutation by an orbit in discrete time, or in either by a state at which a loop stays.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -25,13 +25,6 @@ CONSTANT = ("linear-gain", "crossing", "matrix-gain", "linear-gains")
 def pacing_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a refutation of a rate, by constant gains or gains in turn; of one channel in states too.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -24,13 +24,6 @@ Rows = list[list[int]]
 def powers_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of a homogeneous form that falls with the gains at both ends.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -37,13 +37,6 @@ class _Term:
 def regional_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of a region: an ellipsoid, a level set with integrals, or an interval of one state.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

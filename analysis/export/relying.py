@@ -38,13 +38,6 @@ MOST_REACH = 14  # complex powers are written out: 20 s of Coq
 def relying_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a certificate of a criterion with a multiplier.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate, proved by a polynomial.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

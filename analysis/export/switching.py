@@ -38,13 +38,6 @@ def switched_text(data: Mapping[str, Any], claim: str) -> str:
     ``x'Q_i x`` with ``Q_i = A_i'Q_(i+1) A_i + 1`` around the period falls at each step; it is negative somewhere, since
     an eigenvalue of the period is outside the unit circle.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused

@@ -22,13 +22,6 @@ def through_text(data: Mapping[str, Any], claim: str) -> str:
     ``y = sigma + D phi(sigma)`` is a function of the state, and ``phi(sigma) = psi(y)`` with ``psi`` in the sector
     ``[l/(1 + D l), u/(1 + D u)]``: the loop of ``H - D`` and ``psi`` has no feedthrough and the same inequality.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
-
     Raises
     ------
     refused
