@@ -32,7 +32,8 @@ _DOES = {  # by the conclusion of a refutation, from the checker
     "a loop of the class is not well posed: 1 + g H(inf) = 0": "leaves the loop without exactly one solution",
 }
 _LONG = 300  # characters of one part of a plant
-_DIGITS, _NUMBER = 60, re.compile(r"(?<![\w.])(-?\d+(?:/\d+)?)(?!\w|\.\d)(?: \(about [^)]*\))?")
+_DOUBLE, _DIGITS = 24, 60  # characters of p/q: fewer are read as they stand, more than the second are rounded
+_NUMBER = re.compile(r"(?:= )?(?<![\w.])(-?\d+(?:/\d+)?)(?!\w|\.\d)(?: \(about [^)]*\))?")
 _LISTED = 8  # gains, beyond which equal ones are counted
 _ORBITS = ("orbit", "flow-orbit", "memory-orbit", "sampled-orbit")
 _MOVING = ("switched-gains", "ramped-gains", "members")
@@ -164,7 +165,7 @@ def plain(claim: str) -> str:
     """A sentence of a certificate in the words of the field: solutions and nonlinearities for its motions and laws.
 
     A certificate's own sentences are part of its format, which stays.  What comes to rest is a rod, whose motions stay.
-    Numbers of more than 60 digits are rounded, and said to be.
+    Numbers of more than 60 digits are rounded, and doubles are the decimals they were given as: both are said to be.
 
     Parameters
     ----------
@@ -175,8 +176,8 @@ def plain(claim: str) -> str:
     --------
     >>> plain("every motion is bounded: all time-varying laws with phi(0) = 0")
     'every solution is bounded: all time-varying nonlinearities with phi(0) = 0'
-    >>> plain(f"slope from 0 up to {10**300 + 1}/3")
-    'slope from 0 up to about 3.333333e+299'
+    >>> plain(f"slope from 0 up to {10**300 + 1}/3, D = {Fraction(0.1)}")
+    'slope from 0 up to about 3.33333333e+299, D about 0.1'
     """
     said = _NUMBER.sub(_short, claim)
     said = re.sub(r"\b(time-invariant|time-varying) laws\b", r"\1 nonlinearities", said)
@@ -187,9 +188,10 @@ def plain(claim: str) -> str:
 def _short(found: re.Match[str]) -> str:
     """A number as it stands, or rounded where it is long, in place of the rounded one that may stand beside it."""
     number = found[1]
-    if not _DIGITS < len(number) < sys.int_info.default_max_str_digits:
+    if not _DOUBLE < len(number) < sys.int_info.default_max_str_digits:
         return found[0]
-    return f"about {decimal_text(Fraction(number), 7)}"
+    text = decimal_text(Fraction(number), 9)
+    return f"about {text}" if len(number) > _DIGITS or Fraction(float(text)) == Fraction(number) else found[0]
 
 
 def loop_words(certificate: Mapping[str, Any]) -> str:
@@ -253,21 +255,24 @@ def counterexample(shown: Refuted) -> str:
     return f"{found} at {', '.join(value_text(name, Fraction(v)) for (name, *_), v in values)}"
 
 
-def plants_words(system: Mapping[str, Any]) -> str:
+def plants_words(system: Mapping[str, Any], *, inwards: bool = True) -> str:
     """For which plants something is proved, such as `` for every a in [1, 2]``; empty for a single one.
 
     Parameters
     ----------
     system : Mapping
         ``system`` of a certificate.
+    inwards : bool
+        Whether the ends of the box are rounded into it, as for a proof; else out of it.
     """
     if not str(system.get("kind")).endswith("family"):
         return ""
     rates = system.get("rates") or ["0"] * len(system["parameters"])
-    how = {"0": "", "inf": " that changes at any speed"}
+    most = {one: _number(Fraction(one), up=not inwards, spelled=None) for one in rates if one != "inf"}
+    how = {one: f" that changes by at most {most[one]} in a unit of time" for one in most}
+    how |= {"0": "", "inf": " that changes at any speed"}
     varied = [
-        f"{name} in {interval(ends)}"
-        + (how[rate] if rate in how else f" that changes by at most {bound_below(Fraction(rate))} in a unit of time")
+        f"{name} in {interval(ends, inwards=inwards)}{how[rate]}"
         for (name, *ends), rate in zip(system["parameters"], rates, strict=True)
         if ends[0] != ends[1]
     ]
@@ -516,7 +521,7 @@ def proviso(shown: Proved) -> str:
     shown : Proved
         What the checker accepted.
     """
-    return f"for which {shown.assumed}" if shown.assumed else ""
+    return f"for which {plain(shown.assumed)}" if shown.assumed else ""
 
 
 def direct_term(system: Mapping[str, Any]) -> Fraction:

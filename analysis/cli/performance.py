@@ -28,6 +28,7 @@ from lure.analysis.cli.options import (
     option,
 )
 from lure.errors import AssumptionError, InputError
+from lure.record import exact_text
 
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Proved, Refuted
@@ -154,7 +155,19 @@ def _shown(found: RateBound) -> tuple[Proved | Refuted | None, str, str]:
     shown, what = (
         (found.refutation, "of the member that is no faster") if other else (found.proof, "of the bound of growth")
     )
-    return shown, what if shown else "of a rate", "No decay is proved; the"
+    begin = "Not every solution decays; the" if found.verdict is Verdict.REFUTED else "No decay is proved; the"
+    return shown, what if shown else "of a rate", begin
+
+
+def _states(block: object) -> list[str]:
+    """What ``x`` is, where the file has a transfer function in place of matrices."""
+    from lure.plants.rational import RationalPlant
+    from lure.plants.realisation import companion
+
+    if not isinstance(block, RationalPlant) or block.matrices is not None:
+        return []
+    row = ", ".join(map(exact_text, companion(block).c))
+    return [f"x is the state of the companion form of the transfer function, with C = [{row}]."]
 
 
 def _constant(loop: LoopSystem, found: RateBound) -> tuple[Overshoot | None, str]:
@@ -291,7 +304,7 @@ def region(
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
     with out.progress():
         found = run(chosen, along=points, seconds=seconds)
-    out.results(found.to_dict(), found.lines())
+    out.results(found.to_dict(), found.lines() + (_states(chosen.block) if found.sets or found.outside else []))
     proof = found.sets[0].proof if found.sets else None
     what = "of the first set" if found.sets else "of a set"
     out.certificate(output, proof, what)

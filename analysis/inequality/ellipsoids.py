@@ -188,8 +188,8 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
     upper, low = (np.array([one[i] for one in local], dtype=float) for i in (1, 0))
     A = shifted(plant, upper)[0]
     modes = np.linalg.eigvals(A)
-    size = np.abs(modes).max()  # a pair on the axis, which rounding has moved inside, is none of a stable loop
-    if not ((size < 1) if discrete else (modes.real.max() < -_ROUNDING * size)):
+    size = np.abs(modes).max()  # a pair on the axis, or circle, which rounding has moved inside, is not stable
+    if not ((size < 1 - _ROUNDING) if discrete else (modes.real.max() < -_ROUNDING * size)):
         return None
     one = np.eye(len(A))
     P = linalg.solve_discrete_lyapunov(A.T, one) if discrete else linalg.solve_continuous_lyapunov(A.T, -one)

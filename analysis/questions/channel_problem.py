@@ -43,9 +43,7 @@ def channel_plant(source: object) -> MultivariablePlant:
     if isinstance(found, RationalPlant):
         found = MultivariablePlant.of_one_channel(found)
     if isinstance(found, PlantFamily | ChannelFamily):
-        raise InputError(
-            "steady responses and regions are not asked for plants with parameters yet; give each parameter one number"
-        )
+        raise InputError("this is not asked for plants with parameters yet; give each parameter one number")
     if isinstance(found, DelayMatrix | DelayPlant):
         raise InputError(
             f"the plant has {found if isinstance(found, DelayMatrix) else 'dead time'}; with dead time the largest "

@@ -16,7 +16,7 @@ from lure.analysis.numerics.doubles import bound_above, bound_below, double_abov
 from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.decay_channels import SeveralChannels, accepted
+from lure.analysis.questions.decay_channels import SeveralChannels, about_words, accepted
 from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants
 from lure.analysis.questions.decay_late import LateChannels
 from lure.analysis.questions.decay_one import CLOSE, OneChannel, require_known
@@ -127,17 +127,20 @@ class RateBound(TwoSided):
     )
 
     def __str__(self) -> str:
+        against = "" if self.refutation is None else f"{self.witness} a solution {self._slow(self.refutation)}"
         said = f"No rate is proved for {self.nonlinearity_class}: {self.reason}"
+        if self.refutation is not None and self.verdict is Verdict.REFUTED:
+            about = about_words(self.refutation.certificate, inwards=False)
+            said, against = f"Not every solution decays for all members of the class ({about}): {against}", ""
         if self.proof is not None:
-            because = f": {self.reason}" if self.reason else ""
-            said = "Every" if self.verdict is Verdict.PROVED else f"No decay is proved{because}; every"
+            begun = f"No decay is proved: {self.reason}" if self.verdict is Verdict.INCONCLUSIVE else said
+            said = "Every" if self.verdict is Verdict.PROVED else f"{begun}; every"
             like, late = self._like(_rate_of(self.proof), proved=True), "late" in self.proof.certificate["system"]
             whole = ", ".join(filter(None, (self.nonlinearity_class, self.assumed)))
             start, told = ("m", ", m the greatest |x| before t = 0,") if late else ("|x(0)|", "")
-            said += f" solution satisfies |x(t)| <= c {start} {like}{told} with one c for {whole}"
+            said += f" solution satisfies |x(t)| <= c {start} {like}{self._unit}{told} with one c for {whole}"
             said += f" ({self.criterion}, certified)"
-        if self.refutation is not None:
-            said += f"; {self.witness} a solution {self._slow(self.refutation)}"
+        said += f"; {against}" if against else ""
         return f"{said}. {UNFINISHED[self.stopped] if self.stopped else ''}".rstrip()
 
     def _like(self, rate: Fraction, *, proved: bool = False) -> str:
@@ -153,7 +156,13 @@ class RateBound(TwoSided):
         if rate == still:
             return "does not decay"
         grows = rate > 1 if self.time == "discrete" else rate < 0
-        return f"{'grows at least like' if grows else 'decays no faster than'} {self._like(rate)}"
+        unit = "" if self.proof else self._unit  # said once
+        return f"{'grows at least like' if grows else 'decays no faster than'} {self._like(rate)}{unit}"
+
+    @property
+    def _unit(self) -> str:
+        """What ``t`` counts, where a reader could take it for a time."""
+        return " (t in samples)" if self.time == "discrete" else ""
 
     def _page(self) -> Page:
         unit = "per sample" if self.time == "discrete" else "1/s"

@@ -25,7 +25,7 @@ from lure.analysis.questions.channels import require_well_posed
 from lure.analysis.questions.problem import Problem
 from lure.analysis.wording import class_words, plants_words
 from lure.arrays import NDArray, Reals, np
-from lure.classes import FULL_BLOCK
+from lure.classes import FULL_BLOCK, NonlinearityClass
 from lure.errors import InputError
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import described, quantity
@@ -52,6 +52,20 @@ def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
         return None
 
 
+def about_words(base: Mapping[str, Any], *, inwards: bool = True) -> str:
+    """The classes of a draft or certificate in words, and the box where there is one.
+
+    Parameters
+    ----------
+    base : Mapping
+        With ``laws`` and ``system``.
+    inwards : bool
+        Whether bounds are rounded into the class, as for a proof; else out of it, as for a refutation.
+    """
+    plants = plants_words(base["system"], inwards=inwards)
+    return class_words(base["laws"], inwards=inwards) + (plants and f" and{plants.removeprefix(' for')}")
+
+
 def require_states(order: int) -> None:
     """Refuse a plant without states.
 
@@ -67,6 +81,25 @@ def require_states(order: int) -> None:
     """
     if not order:
         raise InputError("the plant has no states, so that nothing decays; give one that has, or ask lure certify")
+
+
+def require_bounds(own: NonlinearityClass) -> None:
+    """Refuse a class whose sector has an infinite bound.
+
+    Parameters
+    ----------
+    own : NonlinearityClass
+        The class.
+
+    Raises
+    ------
+    InputError
+        It has one.
+    """
+    if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
+        raise InputError(
+            f"decay rates are shown of classes with finite bounds, and {own} has none; give a sector of two numbers"
+        )
 
 
 @described()
@@ -89,7 +122,7 @@ class RateSearch:
     @property
     def words(self) -> str:
         """The classes in words, and the box where there is one."""
-        return class_words(self.base["laws"]) + plants_words(self.base["system"])
+        return about_words(self.base)
 
     def require_functions(self) -> None:
         """Refuse classes of operators; functions of several channels in a full-block sector are none.

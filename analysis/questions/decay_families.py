@@ -17,7 +17,7 @@ from lure.analysis.inequality.box_polynomials import poles
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.questions import channel_families, families
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted
+from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted, require_bounds
 from lure.analysis.questions.worst_plants import least
 from lure.analysis.theorems.table import row_of
 from lure.analysis.theorems.weighted import WeightedCircle
@@ -40,10 +40,7 @@ class BoxOfPlants(RateSearch):
 
     def __post_init__(self) -> None:
         own = self.asked.nonlinearity_class
-        if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
-            raise InputError(
-                f"the class {own} has no uniform rate without finite bounds; give a sector with two numbers"
-            )
+        require_bounds(own)
         if self.asked.refusals or self.asked.untested or self.asked.rough:
             raise InputError("with parameters rates are shown of classes of locally Lipschitz nonlinearities")
         if self.plants.delay:

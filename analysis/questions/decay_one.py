@@ -16,7 +16,14 @@ from lure.analysis.counterexamples.scaled_orbits import ScaledOrbits
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.counterexample_search import counterexample
-from lure.analysis.questions.decay_channels import RateSearch, SeveralChannels, accepted, jumps, require_states
+from lure.analysis.questions.decay_channels import (
+    RateSearch,
+    SeveralChannels,
+    accepted,
+    jumps,
+    require_bounds,
+    require_states,
+)
 from lure.analysis.questions.decay_families import end_of
 from lure.analysis.questions.problem import Problem, by_matrices
 from lure.analysis.theorems.weighted import WeightedCircle, WeightedKernels, WeightedTaps, closest
@@ -67,8 +74,7 @@ class OneChannel(RateSearch):
         require_known(self.asked)
         require_states(plant.order)
         self.asked = replace(self.asked, plant=plant)
-        if math.inf in map(abs, (own.sector.lower, own.sector.upper)):
-            raise InputError(f"the class {own} has no uniform rate without finite bounds; give a sector of two numbers")
+        require_bounds(own)
 
     @cached_property
     def plant(self) -> RationalPlant:

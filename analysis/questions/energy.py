@@ -328,7 +328,7 @@ class Overshoot(Record):
         return proviso(self.proof)
 
     def __str__(self) -> str:
-        falls = f"{bound_above(self.rate)}^t" if self.discrete else f"exp({bound_above(-self.rate)} t)"
+        falls = f"{bound_above(self.rate)}^t (t in samples)" if self.discrete else f"exp({bound_above(-self.rate)} t)"
         about = ", ".join(filter(None, (class_words(self.proof.certificate["laws"]), self.assumed)))
         return f"|x(t)| <= {bound_above(self.constant)} |x(0)| {falls} for {about} ({self.proof.theorem}, certified)."
 

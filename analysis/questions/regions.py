@@ -319,7 +319,7 @@ class RegionOfAttraction(TwoSided):
                 if "orbit" in one.proof.certificate["proof"]:
                     said[-1] += f" A periodic solution {'runs between them' if inner else 'lies within'}."
             else:
-                said.append("No solution that starts where x^T Q x > 1 tends to 0.")
+                said.append("No solution that starts where x^T Q x > 1 tends to 0, Q as in the certificate.")
         if self.area[1] is not None and math.isfinite(self.area[1]):
             said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
         if self.reachable is not None:

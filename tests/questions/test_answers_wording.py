@@ -98,6 +98,8 @@ def test_what_is_proved_of_a_box_is_rounded_into_it():
     system = {"kind": "family", "parameters": [["a", "1/3", "2/3"], ["b", "1", "1"]], "rates": ["2/3", "0"]}
     rate = "that changes by at most 0.6666666 in a unit of time"
     assert plants_words(system) == f" for every a in [0.3333334, 0.6666666] {rate}"
+    wide = plants_words(system, inwards=False)  # what is refuted holds a member at an end
+    assert wide == f" for every a in [0.3333333, 0.6666667] {rate.replace('6 in', '7 in')}"
     assert plants_words({**system, "rates": ["inf", "0"]}).endswith(" that changes at any speed")
     low, high = Fraction(10**16 + 1, 3 * 10**16), Fraction(2 * 10**16 - 1, 3 * 10**16)
     family = PlantFamily.of_coefficients([1], [1, "a"], {"a": (low, high)})
@@ -254,8 +256,11 @@ def test_a_rounded_number_of_a_counterexample_is_said_to_be_one(proof, said):
 
 def test_a_long_number_of_a_certificate_is_rounded_and_said_to_be():
     long = f"slope from 0 up to {2 * 10**300 + 1}/3 (about 6.67e+299), rates up to 1/3 (about 0.3)"
-    assert wording.plain(long) == "slope from 0 up to about 6.666667e+299, rates up to 1/3 (about 0.3)"
+    assert wording.plain(long) == "slope from 0 up to about 6.66666667e+299, rates up to 1/3 (about 0.3)"
     assert wording.plain(f"a gain of -{10**300 + 1}.") == "a gain of about -1e+300."
+    below = f"up to {Fraction(4 - 2**-50)} (about 4)"  # not what a reader gave: 4 is no member
+    assert wording.plain(below) == below
+    assert wording.plain(f"from {Fraction(0.7)} (about 0.7), D = {Fraction(0.1)}") == "from about 0.7, D about 0.1"
     assert wording.plain(f"up to {10**59}; x_{10**70}, {'1' * 5000}") == f"up to {10**59}; x_{10**70}, {'1' * 5000}"
 
 
@@ -384,6 +389,7 @@ def test_one_solution_is_shown_by_slopes_or_assumed(theorem, direct, changes, wo
 def test_what_is_assumed_of_the_class_is_a_proviso():
     assert proviso(SimpleNamespace(assumed="phi is so")) == "for which phi is so"
     assert proviso(SimpleNamespace(assumed="")) == ""
+    assert proviso(SimpleNamespace(assumed=f"D = {Fraction(0.1)}")) == "for which D about 0.1"  # no double is one tenth
 
 
 def test_a_sign_is_kept_from_the_lower_end_of_the_sector_on():

@@ -427,7 +427,7 @@ def test_a_certificate_of_something_else_says_so_and_none_is_said_too(lure, tmp_
     assert "No bound is proved; the certificate of the unstable member is upper.json" in out
     status, out, _ = lure("rate", "loop.toml", "-o", "rate.json")
     assert status == 11
-    assert "No decay is proved; the certificate of the member that is no faster is rate.json" in out
+    assert "Not every solution decays; the certificate of the member that is no faster is rate.json" in out
     assert json.loads((tmp_path / "rate.json").read_text())["verdict"] == "REFUTED"
     again = ("--set", "plant.A=[[-1, 0], [0, -1]]", "--seconds", "1e-9")
     status, out, _ = lure("gain", "loop.toml", *again, "--witness", "none.json")

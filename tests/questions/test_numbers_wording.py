@@ -6,7 +6,7 @@ from math import inf
 from types import SimpleNamespace
 
 import pytest
-from worded import KNOWN, shown
+from worded import KNOWN, PLAIN, shown
 
 from lure import Sector
 from lure.analysis.certificates.checker import (
@@ -27,7 +27,7 @@ from lure.plants.family import PlantFamily
 def seen(time="continuous", rate=None, assumed="", method="", **more):
     """What was accepted of a rate; of a member with the gain 1 or gains that jump where there is a method."""
     system = {"time": time, **more}
-    found = {"system": system, "laws": {}, "proof": {"method": method, "gain": "1"}}
+    found = {"system": system, "laws": PLAIN | {"sector": ["1/3", "2/3"]}, "proof": {"method": method, "gain": "1"}}
     return SimpleNamespace(
         certificate=found | ({} if rate is None else {"rate": rate}), theorem="circle", assumed=assumed
     )
@@ -35,14 +35,15 @@ def seen(time="continuous", rate=None, assumed="", method="", **more):
 
 RATE = "solution satisfies |x(t)| <= c {} with one c for phi{} (circle, certified)"
 PUSHED = "m exp(-1 t), m the greatest |x| before t = 0,"
-BAD = "No decay is proved: why; every " + RATE
+OUT = "Not every solution decays for all members of the class (phi, time-invariant, in the sector [{}, {}]): "
+OUT = OUT.format("0.3333333", "0.6666667")  # what is refuted is rounded outwards: the member is in it
 
 
 @pytest.mark.parametrize(
     ("time", "ends", "proof", "member", "verdict", "closed", "said"),
     [
         ("continuous", (2 / 3, inf), {"rate": "2/3"}, None, "PROVED", False, ("|x(0)| exp(-0.6666666 t)", "")),
-        ("discrete", (0, 2 / 3), {"rate": "2/3"}, None, "PROVED", False, ("|x(0)| 0.6666667^t", "")),
+        ("discrete", (0, 2 / 3), {"rate": "2/3"}, None, "PROVED", False, ("|x(0)| 0.6666667^t (t in samples)", "")),
         ("continuous", (1, inf), {"rate": "1", "late": []}, None, "PROVED", False, (PUSHED, "")),
         (
             "discrete",
@@ -51,11 +52,11 @@ BAD = "No decay is proved: why; every " + RATE
             None,
             "PROVED",
             False,
-            ("|x(0)| 0.5^t", ", for which so"),
+            ("|x(0)| 0.5^t (t in samples)", ", for which so"),
         ),
         ("continuous", (-2 / 3, inf), {"rate": "-2/3"}, None, "INCONCLUSIVE", False, ("|x(0)| exp(0.6666667 t)", "")),
         ("continuous", (0, 1), {}, {"rate": "1"}, "INCONCLUSIVE", False, ("|x(0)| exp(0 t)", "")),
-        ("discrete", (0.5, 1), {}, {"rate": "1/2"}, "INCONCLUSIVE", False, ("|x(0)| 1^t", "")),
+        ("discrete", (0.5, 1), {}, {"rate": "1/2"}, "INCONCLUSIVE", False, ("|x(0)| 1^t (t in samples)", "")),
         ("continuous", (0, 0), {}, {}, "REFUTED", True, ("|x(0)| exp(0 t)", "")),
         ("continuous", (1, 1.000001), {"rate": "1"}, {"rate": "1.000001"}, "PROVED", True, ("|x(0)| exp(-1 t)", "")),
         ("continuous", (1, 1.00001), {"rate": "1"}, {"rate": "1.00001"}, "PROVED", False, ("|x(0)| exp(-1 t)", "")),
@@ -72,15 +73,20 @@ def test_a_rate_is_said_to_the_safe_side(time, ends, proof, member, verdict, clo
     made = {"rate": Bracket(*ends), "classes": KNOWN, "nonlinearity_class": "phi", "reason": reason}
     found = RateBound(time=time, proof=sides[0], refutation=sides[1], **made)
     assert (found.verdict.name, found.closed) == (verdict, closed)
-    head, _, tail = str(found).partition("; with ")
-    if said is None:
-        assert head == "No rate is proved for phi: why"
-    else:
-        assert head.rstrip(".") == ("Every " + RATE if verdict == "PROVED" else BAD).format(*said)
     slow = {"2/3": "decays no faster than exp(-0.6666667 t)", "-2/3": "grows at least like exp(0.6666666 t)"}
-    slow |= {"4/3": "grows at least like 1.333333^t", "1/2": "decays no faster than 0.5^t", None: "does not decay"}
-    if member is not None and (rate := member.get("rate")) in slow:
-        assert tail == f"{'gains that jump' if 'method' in member else 'phi = sigma'} a solution {slow[rate]}."
+    unit = " (t in samples)" if proof is None else ""
+    slow |= {"4/3": f"grows at least like 1.333333^t{unit}", "1/2": f"decays no faster than 0.5^t{unit}"}
+    slow |= {"1": "decays no faster than exp(-1 t)", "1.000001": "decays no faster than exp(-1.000001 t)"}
+    slow |= {"1.00001": "decays no faster than exp(-1.00001 t)", None: "does not decay"}
+    other = "gains that jump" if "method" in (member or {}) else "phi = sigma"
+    against = "" if member is None else f"with {other} a solution {slow[member.get('rate')]}"
+    parts = {
+        "PROVED": ["Every ", against],
+        "REFUTED": [f"{OUT}{against}; every " if said else OUT + against, ""],
+        "INCONCLUSIVE": ["No decay is proved: why; every " if said else "No rate is proved for phi: why", against],
+    }[verdict]
+    parts[0] += RATE.format(*said) if said else ""
+    assert str(found) == "; ".join(filter(None, parts)) + "."
 
 
 UNIT = ((Fraction(1), Fraction(0)), (Fraction(0), Fraction(1)))

@@ -74,6 +74,7 @@ def test_in_discrete_time_powers_stay_below(a, r):
         return
     powers = [np.linalg.norm(np.linalg.matrix_power(A, t), 2) / float(r) ** t for t in range(40)]
     assert max(powers) <= found.constant
+    assert "^t (t in samples) for phi" in str(found)
 
 
 def test_a_rate_that_is_not_true_or_a_loop_without_states_is_refused():

@@ -37,6 +37,7 @@ def test_two_channels_have_the_rate_of_the_slowest_plant(pair):
     assert pair.verdict is Verdict.PROVED
     assert 0.999 < pair.rate.low <= 1.0 <= pair.rate.high < 1 + 1e-9
     assert "a = 1" in pair.witness
+    assert "; phi_2, time-invariant, in the sector [0, 1] and every a in [1, 2], b in [2, 3] (" in str(pair)
     assert pair.plot().lines  # of the plant in the middle
     for shown in (pair.proof, pair.refutation):
         assert recheck(dict(shown.certificate)).accepted

@@ -100,6 +100,25 @@ def test_discrete_time_with_one_state():
     assert_both_reject(edited(beyond, "proof", "interval", value=["-1", "1"]))  # 1.5 goes to 1.25
 
 
+def test_a_pair_on_the_unit_circle_leaves_nothing_to_find():
+    # z^2 - 1.9 z + 0.98 and sat, of slope 1 near 0: z^2 - 1.8 z + 1, of two roots of modulus 1
+    found = region(as_plant("(0.1*z + 0.02)/(z^2 - 1.9*z + 0.98)", dt=1), Saturation(gain=1, limit=1))
+    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "no invariant ellipsoid was found")
+
+
+def test_the_command_says_what_x_is_where_no_matrices_are_given(tmp_path, capsys):
+    # x+ = 1.2 x + mu, sigma = x/10, |mu| <= 1: from 5 on 1.2 x - 1 >= x; of sigma it would be 1/2
+    file = tmp_path / "plant.toml"
+    law = '[nonlinearity]\nkind = "saturation"\ngain = 5\nlimit = 1\n'
+    file.write_text(f"[plant]\nnum = [0.1]\nden = [1, -1.2]\ndt = 1\n{law}")
+    said = "x is the state of the companion form of the transfer function, with C = [0.1].\n"
+    assert main(["region", str(file), "-q"]) == 0
+    assert capsys.readouterr().out.endswith(f"The length of the region is at most 10.\n{said}")
+    file.write_text(f"[plant]\nA = [[1.2]]\nB = [[1]]\nC = [[0.1]]\ndt = 1\n{law}")
+    assert main(["region", str(file), "-q"]) == 0
+    assert capsys.readouterr().out.endswith("The length of the region is at most 10.\n")
+
+
 def test_an_unstable_origin_has_no_set():
     found = region(([1], [1, -1]), Saturation(gain="1/2", limit=1))  # x' = x - sat(x/2) > 0 for x > 0
     assert (found.verdict, found.sets) == (Verdict.INCONCLUSIVE, ())

@@ -153,7 +153,7 @@ def test_the_rate_of_the_gradient_method_whose_step_is_not_known_is_that_of_the_
     found = decay_rate(family, Sector(1, 10))
     assert found.rate.low == pytest.approx(0.95, abs=1e-9)
     assert found.rate.high == pytest.approx(0.95, abs=1e-6)
-    assert "for every h in [0.05, 0.1]" in str(found)
+    assert "and every h in [0.05, 0.1]" in str(found)
     for shown in (found.proof, found.refutation):
         assert recheck(shown.certificate).accepted
     assert_both_reject(edited(found.proof.certificate, "rate", value="94/100"))
@@ -231,7 +231,7 @@ def test_what_is_not_asked_of_plants_with_parameters_is_refused_as_that(command,
     plant = '[plant]\ntransfer = "1/(s + a)"\n[plant.parameters]\na = [1, 2]\n'
     file.write_text(plant + "[class]\nslope = [0, 0.2]\n", encoding="utf-8")
     assert main([command, str(file)]) == 2
-    assert "are not asked for plants with parameters yet; give each parameter one number" in " ".join(
+    assert "this is not asked for plants with parameters yet; give each parameter one number" in " ".join(
         capsys.readouterr().err.split()
     )
 
