@@ -97,7 +97,7 @@ def _joined(data: Mapping[str, Any], H: Plant, parts: list[_Part]) -> FallingThe
             theorem = FallingTheorem(data, joined)
             theorem.forms = found
             return theorem
-    raise refused("no sum of the functions of its parts falls")
+    raise refused("no sum of the functions of its parts was found that falls")
 
 
 def _text(data: Mapping[str, Any], claim: str, H: Plant, parts: list[_Part]) -> str:

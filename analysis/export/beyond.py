@@ -25,7 +25,7 @@ def beyond_text(data: Mapping[str, Any], claim: str) -> str:
     """
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:
-        raise refused(f"it has {len(H.A)} states and {len(H.D)} channels, which are more than {MOST_ENTRIES}")
+        raise refused(f"it has {len(H.A)} states and {len(H.D)} channels, together more than {MOST_ENTRIES}")
     return _Beyond(data, H).text(claim)
 
 

@@ -36,7 +36,7 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
         found = _decays(loop, rate)
         if found is not None:
             return _Decay(data, loop, rate, found).text(claim)
-    raise refused("no quadratic form of few enough digits was found; a slightly slower rate has one")
+    raise refused("no quadratic form of few enough digits was found; a slightly slower rate may have one")
 
 
 def _in_time(scaled: Loop, system: Mapping[str, Any], rate: Fraction) -> Loop:

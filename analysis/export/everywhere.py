@@ -98,7 +98,7 @@ class _Everywhere(Region):
             for power in range(MOST_SCALE):
                 if nonnegative([*((c << power, u, v) for c, u, v in side), (-1, square, square)], f.size):
                     return int(1 << power)
-            raise refused("its function does not fall with every value of phi, or leaves sigma' without a bound")
+            raise refused("it is not shown that its function falls with every value of phi and bounds sigma'")
 
         return enough(falls, psi), enough(size, speed)
 

@@ -41,7 +41,7 @@ def fallen(data: Mapping[str, Any]) -> FallingTheorem:
         theorem = FallingTheorem(data, loop)
         theorem.forms = written
         return theorem
-    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
+    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector may have one")
 
 
 class FallingTheorem:

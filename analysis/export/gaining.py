@@ -34,7 +34,7 @@ def gaining_text(data: Mapping[str, Any], claim: str) -> str:
         found = _bounded(loop)
         if found is not None:
             return _Gain(data, loop, found).text(claim)
-    raise refused("no quadratic form of few enough digits was found; a slightly larger gain has one")
+    raise refused("no quadratic form of few enough digits was found; a slightly larger gain may have one")
 
 
 def _outputs(data: Mapping[str, Any]) -> int:

@@ -51,7 +51,7 @@ def regional_text(data: Mapping[str, Any], claim: str) -> str:
         )
     H = plant(data["system"])
     if len(H.A) + len(H.D) > MOST_ENTRIES:
-        raise refused(f"it has {len(H.A)} states and {len(H.D)} channels, which are more than {MOST_ENTRIES}")
+        raise refused(f"it has {len(H.A)} states and {len(H.D)} channels, together more than {MOST_ENTRIES}")
     return Region(data, H).text(claim)
 
 
@@ -94,7 +94,7 @@ class Region(FallingTheorem):
             found = replace(found, products=found.products[:first], turn=found.products[first:])
         scaled = None if found is None else _scaled(found, self.strips)
         if scaled is None:
-            raise refused("its form does not fall by enough on the set; a slightly smaller set has an export")
+            raise refused("its form does not fall by enough on the set; a slightly smaller set may have an export")
         self.loop, (self.forms, self.level) = loop, scaled
 
     def read(self, data: Mapping[str, Any], H: Plant, form: str) -> None:

@@ -38,7 +38,7 @@ def through_text(data: Mapping[str, Any], claim: str) -> str:
     inner = {**data, "system": system, "laws": laws, "proof": {"method": "polynomial"}}
     for loop, written in passing(candidates(inner)):
         return _Through(inner, replace(loop, rest=None), written, (num, D, low, high)).text(claim)
-    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector has one")
+    raise refused("no quadratic form of few enough digits was found; a slightly smaller sector may have one")
 
 
 class _Through(FallingTheorem):

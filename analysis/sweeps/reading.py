@@ -264,7 +264,8 @@ def _axis(key: str, value: object, *, table: str = "over", more: int = 0) -> Axi
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"{table}.{key}.count is {_said(count)}; give a whole number of at least 1")
     if (count + more == 1) != (low == high):
-        raise InputError(f"{table}.{key} has {count} values from {low:g} to {high:g}; give at least 2 for two ends")
+        fit = "two ends that differ" if low == high else "at least 2"
+        raise InputError(f"{table}.{key} has the count {count} from {low:g} to {high:g}; give {fit}")
     if spacing not in _SPACINGS:
         raise InputError(f"{table}.{key}.spacing is {_said(spacing)}; give 'linear' or 'log'")
     if count > MOST_POINTS:

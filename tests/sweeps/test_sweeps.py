@@ -323,7 +323,11 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
         ({"draw": {"count": 3}, "over": {"rod.damping": {"between": [2, 1]}}}, "give the smaller end first"),
         ({"ask": []}, "ask is an empty array"),
         ({"over": {"rod.damping": [1e-4, 1e-4]}}, "over.rod.damping has a value twice"),
-        ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 1}}}, "give at least 2 for two ends"),
+        ({"over": {"rod.damping": {"from": 0, "to": 1, "count": 1}}}, "has the count 1 from 0 to 1; give at least 2"),
+        (
+            {"over": {"rod.damping": {"from": 1, "to": 1, "count": 3}}},
+            "the count 3 from 1 to 1; give two ends that dif",
+        ),
         ({"systm": 1}, "unknown key 'systm' of a study; did you mean 'system'? it has"),
         ({"chunk": -1}, "chunk is -1"),
         ({"system": 3}, "system is 3"),
