@@ -352,7 +352,7 @@ def _of_orbit(shown: _Shown) -> str:
             for gain, one in zip(proof["gains"], kinds, strict=True)
         ]
         return f"{', '.join(parts)}, of any width, period {float(period):.7g} s"
-    if method == "orbit" and "scale" in proof:
+    if "scale" in proof:
         scale = _told(Fraction(proof["scale"]))
         return f"a phi that is linear between {len(proof['u'])} points and their multiples by powers of {scale}"
     if method == "orbit":
@@ -370,19 +370,20 @@ def _moving(system: Mapping[str, Any], proof: Mapping[str, Any]) -> str:
     names = [name for name, *_ in system["parameters"]]
     rates = system.get("rates") or ["0"] * len(names)
     paths = [[Fraction(point[j]) for point in proof["at"]] for j in range(len(names))]
-    said, how = list[str](), ""
+    said = list[str]()
     for name, path, rate in zip(names, paths, rates, strict=True):
         if len(set(path)) == 1:
             said.append(value_text(name, path[0]))
             continue
-        said.append(f"{name} between {_told(min(path))} and {_told(max(path))}")
-        how = f", {'jumping over and over' if rate == 'inf' else 'going to and fro'},"
+        moves = "jumping" if rate == "inf" else "going"
+        said.append(f"{name} {moves} to and fro between {_told(min(path))} and {_told(max(path))}")
     rows = [tuple(row) for row in dict.fromkeys(tuple(row) for row in proof["gains"])]
     about = _about(*rows)
     beside = f"the gain{'s' * (len(rows[0]) > 1)} {about}{_row(rows[0])}"
     if len(rows) > 1:
-        beside = f"gains that jump between {about}({_row(rows[0])}) and ({_row(rows[1])}) over and over"
-    return f"parameters with {', '.join(said)}{how} and {beside}"
+        more = f" and {len(rows) - 2} more" if len(rows) > 2 else ""
+        beside = f"gains that jump between {about}({_row(rows[0])}) and ({_row(rows[1])}){more} over and over"
+    return f"parameters with {', '.join(said)} and {beside}"
 
 
 def _linear(shown: _Shown, gains: Sequence[str]) -> str:

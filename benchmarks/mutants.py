@@ -14,7 +14,7 @@ longest are left out where all need more than ``--each`` seconds.  The draw take
 Two things are said of each mutant: whether it ``changes`` a verdict, a class or a number of one of the probes,
 everything that is said of them compared word by word (the words of ``TOLD`` and numbers, no layout); and whether it is
 ``killed``.  One that changes none of these and lives is for a reader to judge.  Of the checkers (``--area checkers``,
-``--area first``) only the second is asked.
+``--area first``) and of what words answers (``--area words``) only the second is asked.
 """
 
 from __future__ import annotations
@@ -60,6 +60,16 @@ ROOMS = (
     "lure.analysis.report",
     "lure.analysis.rod.report",
 )
+_WORDS = """
+answers answers_choices answers_equilibria answers_capped answers_conclusion answers_wording numbers_wording findings
+certify certify_faults channels channel_analysis channel_parts channel_rates channel_operators channel_tolerances decay
+rates_of_boxes regions region_disturbances regions_everywhere l2_gain gain_energy gain_signals overshoot steady
+steady_samples tolerances two_sided problem cli_channels cli_loops loop_report one_answer"""
+WORDED = """
+wording verdict cli.loops cli.performance questions.advice questions.answers questions.certify questions.channels
+questions.channel_hypotheses questions.channel_kinds questions.channel_map questions.conclusion questions.decay
+questions.energy questions.gain questions.largest questions.margins questions.problem questions.regions questions.steady
+questions.table questions.worst_plants"""
 DRAWN = ("diagram", "figures", "output", "pdf", "reporting")  # pictures and files, no words
 _FIRST = """
 arithmetic balls states blocks frequencies pieces channels memory signals gains windows parametric powers boxes several
@@ -154,6 +164,7 @@ _CERTIFICATES = "lure.analysis.certificates"
 _OF_FIRST = tuple(f"{_CERTIFICATES}.{name}" for name in _FIRST.split())
 AREAS = {
     "above": Area(ROOMS, tuple((_ABOVE + _OTHER_QUESTIONS).split()), probes=True),
+    "words": Area(tuple(f"lure.analysis.{name}" for name in WORDED.split()), tuple(_WORDS.split())),
     "first": Area(_OF_FIRST, _OF_CHECKERS),
     "checkers": Area((*_OF_FIRST, f"{_CERTIFICATES}.second"), _OF_CHECKERS),
 }

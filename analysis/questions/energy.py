@@ -136,7 +136,7 @@ def energy_bounds(plant: object, classes: object = None, performance: object = N
     if not isinstance(problem.plant, MultivariablePlant):
         beside_what = "dead time" if isinstance(problem.plant, DelayMatrix) else "parameters"
         raise InputError(f"energy and peak are not bounded beside {beside_what}; ask for the gain alone")
-    for one in problem.classes.classes[:-1]:
+    for one in problem.classes.classes:
         if one.memory or one.operator not in ("", *OPERATORS, "performance"):
             raise InputError(
                 f"energy and peak are bounded for sectors, slopes and norm-bounded operators; this is {one}"

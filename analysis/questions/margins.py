@@ -67,7 +67,8 @@ class Margin(Record):
         own = [family.names.index(name) for name in self.parameters]
         who = self.parameters[0] if len(own) == 1 else "all together"
         said = list[str]()
-        for box, verb in ((self.proved, "may be in"), (self.refuted, "not in")):
+        may, never = ("may be in", "not in") if len(own) == 1 else ("proved for", "not for all of")
+        for box, verb in ((self.proved, may), (self.refuted, never)):
             if box is not None:
                 ranges = ", ".join(_range(family, j, box, inwards=box is self.proved, named=len(own) > 1) for j in own)
                 wider = _percent(family, own[0], box, inwards=box is self.proved)

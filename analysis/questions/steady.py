@@ -234,7 +234,8 @@ class SteadyResponse(TwoSided):
             said = f"No solution attracts all others for {given}: {self.several[0]}."
         elif self.differences is not None and self.verdict is Verdict.PROVED:
             low, high = self.differences.rate.low, self.differences.rate.high
-            falls = f"{bound_above(high)}^t" if self.differences.time == "discrete" else f"exp(-{bound_below(low)} t)"
+            discrete = self.differences.time == "discrete"
+            falls = f"{bound_above(high)}^t (t in samples)" if discrete else f"exp(-{bound_below(low)} t)"
             said = (
                 f"One solution is bounded on the whole time axis, and every other approaches it like {falls}, whatever "
             )

@@ -200,6 +200,20 @@ def test_a_gain_is_said_to_the_safe_side(found, verdict, said):
     assert str(found).endswith(said[1])
 
 
+@pytest.mark.parametrize(
+    ("found", "most", "least"),
+    [
+        (gained(1 / 3, 2 / 3, Verdict.PROVED), "0.6666667", "0.3333333"),
+        (gained(1 / 3, inf, Verdict.INCONCLUSIVE), "no bound", "0.3333333"),
+        (gained(inf, inf, Verdict.REFUTED), "no bound", "every bound"),
+    ],
+)
+def test_a_gain_on_its_page_is_that_of_its_sentence(found, most, least):
+    rows = dict(found._page().rows)
+    assert (rows["at most"], rows["above"]) == (most, least)
+    assert (rows["proved by"], rows["by the member"]) == ("circle", found.witness)
+
+
 def steady(verdict, rate=(2 / 3, 1.0), time="continuous", **more):
     sides = {"proof": SimpleNamespace(theorem="circle"), "refutation": "shown", "witness": "with phi = sigma"}
     found = SimpleNamespace(verdict=verdict, rate=Bracket(*rate), time=time, criterion="circle", **sides)
@@ -216,7 +230,12 @@ ONE, UNKNOWN = (
     ("found", "verdict", "rate", "said"),
     [
         (steady(Verdict.PROVED), "PROVED", (2 / 3, 1), ONE + "exp(-0.6666666 t), whatever"),
-        (steady(Verdict.PROVED, (0.2, 2 / 3), "discrete"), "PROVED", (0.2, 2 / 3), ONE + "0.6666667^t, whatever"),
+        (
+            steady(Verdict.PROVED, (0.2, 2 / 3), "discrete"),
+            "PROVED",
+            (0.2, 2 / 3),
+            ONE + "0.6666667^t (t in samples), whatever",
+        ),
         (
             steady(Verdict.REFUTED),
             "REFUTED",
@@ -351,6 +370,25 @@ def test_tolerances_are_rounded_inwards(verdict, ends, said):
     alone = replace(found, margins=(), stopped="time", shown=SimpleNamespace(assumed="so"))
     assert alone.assumed == "for which so" * (verdict == "PROVED")
     assert "How far" not in str(alone)
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("b",), "b: may be in [0, 2] (as given), not in [0, 2.5] (25 % wider)"),
+        (
+            ("a", "b"),
+            "all together: proved for a in [1, 2], b in [0, 2] (as given), "
+            "not for all of a in [1, 2.5], b in [0, 2.5] (50 % wider)",
+        ),
+        (("a",), "a: may be in [1, 2] (as given), not in [1, 2.5] (50 % wider)"),
+    ],
+)
+def test_of_several_parameters_each_range_has_its_name(names, said):
+    family = PlantFamily.of_coefficients(["b"], [1, "a"], {"a": (1, 2), "b": (0, 2)})
+    boxes = family.box, tuple((low, Fraction(5, 2)) for low, _ in family.box)
+    margin = Margin(parameters=names, width=Bracket(1, inf), proved=boxes[0], refuted=boxes[1])
+    assert margin.words(family) == said
 
 
 def test_refuted_tolerances_are_of_no_smaller_class():
