@@ -34,11 +34,10 @@ def _require_covered(plant: Plant, known: Channels) -> None:
             code=Reason.NOT_APPLICABLE,
         )
     if not (channels.ordered(plant.D, known) or all(low <= a and b <= high for (low, high), (a, b) in pairs)):
-        raise AssumptionError(
-            "beside dead times D has a cycle of channels, and the slopes are not within the bounds; give slope bounds, "
-            "or a D without a cycle",
-            code=Reason.NOT_APPLICABLE,
-        )
+        fix = "the slopes are not within the bounds; give slope bounds, or a D without a cycle"
+        if known.performance:
+            fix = "no gain is shown of such; give a D without a cycle, that of w and z included"
+        raise AssumptionError(f"beside dead times D has a cycle of channels, and {fix}", code=Reason.NOT_APPLICABLE)
 
 
 class PiecewiseProofs:

@@ -20,7 +20,7 @@ from lure.analysis.counterexamples.channel_switching import SwitchedGains, Switc
 from lure.analysis.counterexamples.late_roots import LateRoots
 from lure.analysis.counterexamples.late_switching import LatePattern, LateSwitching
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.doubles import double_above
+from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
@@ -113,17 +113,20 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     late = [one.operator in DELAYS for one in classes.classes]  # of which the gain 1 is one
     upper = np.where(late, 0.0, upper)
-    moved = np.array([bool(one.operator) for one in classes.classes])
-    base = np.where(late, 1.0, np.where(moved, 0.0, np.minimum(np.maximum(lower, 0.0), upper)))
+    bounds = zip(classes.classes, classes.lower, classes.upper, strict=True)
+    zero = Fraction(0)  # gains of the class in exact numbers: rounded they may lie outside
+    nearest = [Fraction(c.operator in DELAYS) if c.operator else min(max(a, zero), b) for c, a, b in bounds]
+    least = [min(a, zero) for a in classes.lower] if not any(nearest) else [zero] * len(nearest)
+    base = np.array([double_above(v) if v > 0 else double_below(v) for v in nearest])
+    below = np.array([float(v) for v in least])
     if classes.rectified:
         return None
     signed = [bool(classes.classes[block[0]].operator) for block in classes.blocks]
     unstable = poles[poles != 0].real.max(initial=-1) >= -_ON_AXIS * np.abs(poles).max()
     resting = len(poles) - np.count_nonzero(poles)
-    below = np.where(late, 0.0, np.minimum(lower, 0.0)) * (not base.any())
-    starts = [base] * bool(base.any() or unstable or plant.inner) + [below] * bool(below.any())
+    starts = [nearest] * bool(base.any() or unstable or plant.inner) + [least] * any(least)
     for method, start in product(("late-gains", "late-turns"), starts):
-        never = refutation(asked, Fraction(1), {"method": method, "gains": [str(Fraction(v)) for v in start.tolist()]})
+        never = refutation(asked, Fraction(1), {"method": method, "gains": texts(start)})
         if never is not None:
             return Fraction(0), never
     alpha = Fraction(_LITTLE) if math.isinf(most) else Fraction(most)

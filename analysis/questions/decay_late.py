@@ -38,11 +38,7 @@ class LateChannels(SeveralChannels):
     def __post_init__(self) -> None:
         self.require_functions()
         require_states(self.late.order)
-        if self.late.rates:
-            raise InputError(
-                "decay rates are not shown of neutral equations, with a direct term that has dead time or the like; "
-                "lure certify and lure max-sector decide whether the loop is stable"
-            )
+        self.late.require_retarded("decay rates")
         if any(math.inf in map(abs, one.gains) or one.memory or one.rectifier for one in self.asked.classes.classes):
             raise InputError(
                 "beside dead times rates are shown of sectors, slope bounds and constant gains with two finite bounds; "

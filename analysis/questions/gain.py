@@ -322,6 +322,8 @@ def gain_problem(
     H = cast("Whole", asked.plant)
     if not beside and (found.Bw or found.Cz) and _without_states(plant):
         raise InputError("performance.Bw and Cz are about states, and the plant is given without; give A, B, C and D")
+    if isinstance(H, DelayMatrix):
+        H.require_retarded("L2 gains")
     whole, size = found.beside(H), max(found.inputs, found.outputs)
     alone = whole.central if isinstance(whole, ChannelFamily) else whole
     channel = NonlinearityClass.performance(_unit(alone, asked.classes, size))

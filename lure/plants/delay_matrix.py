@@ -220,6 +220,25 @@ class DelayMatrix(Record, kw_only=False):
         if self.inner or self.rates:
             raise InputError("the plant has states that come back late, and no formulas for its entries; keep its own")
 
+    def require_retarded(self, what: str) -> None:
+        """Refuse a question that is not answered of neutral equations.
+
+        Parameters
+        ----------
+        what : str
+            What is asked for, in the plural.
+
+        Raises
+        ------
+        InputError
+            A derivative comes back late.
+        """
+        if self.rates:
+            raise InputError(
+                f"{what} are not shown of neutral equations, with a direct term that has dead time or the like; "
+                "lure certify and lure max-sector decide whether the loop is stable"
+            )
+
     def to_control(self, *, pade: int | None = None) -> control.StateSpace:
         """The plant with each dead time replaced by its Pade approximation: python-control has no dead time.
 

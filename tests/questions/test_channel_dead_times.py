@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from tampering import assert_both_reject, edited, refused_again
 
-from lure import AssumptionError, Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, lft, max_sector
+from lure import (
+    AssumptionError,
+    Diagonal,
+    InputError,
+    NonlinearityClass,
+    Sector,
+    SlopeBounds,
+    as_plant,
+    certify,
+    lft,
+    max_sector,
+)
 from lure.analysis import analyse, l2_gain, region, steady_response
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
@@ -14,7 +25,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions.channel_pieces import PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_problem
-from lure.analysis.questions.channel_refutations import constant_gains, refutation
+from lure.analysis.questions.channel_refutations import constant_gains, late_gains_refuting, refutation
 from lure.analysis.questions.energy import energy_bounds
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
@@ -107,6 +118,20 @@ def test_lower_bounds_above_0_shift_the_loop():
         shown = certify(formula, [Sector(low, high)])
         assert shown.verdict.name == "REFUTED"
         assert recheck(shown.certificate).accepted
+
+
+# exp(-s)/(s - 1) is unstable with every gain, and so is exp(-s)/(s + 1) with 3 > 2.262; 0.3 and 3.76 are no doubles
+@pytest.mark.parametrize(
+    ("plant", "bounds"),
+    [
+        ([["exp(-s)/(s-1)"]], [("3.76", "3.8")]),
+        ([["1/(s+1)", "0"], ["exp(-s)/(s+3)", "exp(-s)/(s+1)"]], [("0.3", "1.3"), ("0", "3")]),
+    ],
+)
+def test_bounds_that_are_no_doubles_are_refuted_by_gains_within_them(plant, bounds):
+    asked = channel_problem(as_plant(plant), [Sector(*map(Fraction, ends)) for ends in bounds])
+    _, shown = late_gains_refuting(asked, most=1.0)
+    assert recheck(shown.certificate).accepted
 
 
 def test_a_delay_known_by_its_bound_adds_to_one_that_is_known():
@@ -299,6 +324,12 @@ def test_no_gain_is_finite_where_a_member_with_dead_time_grows(plant, high):
     found = l2_gain(plant, [Sector(0, high)])
     assert (found.gain.low, found.verdict.name) == (np.inf, "REFUTED")
     assert recheck(found.refutation.certificate).accepted
+
+
+def test_no_gain_is_shown_of_neutral_equations_nor_where_sigma_and_z_see_w_at_once():
+    with pytest.raises(InputError, match="neutral equations"):
+        l2_gain("exp(-s)/(s+1+s*exp(-s)/2)", SlopeBounds(0, 1))
+    assert "that of w and z included" in l2_gain("1+exp(-s)/(s+1)", SlopeBounds(0, 1), criterion="circle").reason
 
 
 def test_a_member_that_grows_unseen_refutes_no_gain():
