@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure
 from lure.analysis.counterexamples.linear import refutes_lower
-from lure.analysis.deadline import check_seconds
+from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.inequality.checks import require_solution
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.advice import row_asked, why
@@ -305,14 +306,23 @@ def answers(
         """The answers about one of the loops of which the plant consists."""
         return answers(own, seconds=left, numbers=numbers, progress=tell, brief=brief)
 
+    begun = time.monotonic()
+
+    def left() -> float | None:
+        """Of the seconds allowed."""
+        return None if seconds is None else max(1e-3, seconds + begun - time.monotonic())
+
     for problem in problems:
         require_range(problem)
     for split in splits_of(problems):
         apart = in_parts(problems, split, ask, seconds, progress)
         if apart is not None:
             return apart
-    found = [_nothing_yet(as_one_channel(problem)) for problem in problems]
-
+    try:
+        with time_limit(left()):
+            found = [_nothing_yet(as_one_channel(problem)) for problem in problems]
+    except TimeoutError:  # in the count of the roots with the gain at the lower end
+        found = [_nothing_yet(problem) for problem in problems]
     listed = any(isinstance(each, Attempts) and each.asked.several for each in found)
 
     @cache
@@ -320,7 +330,7 @@ def answers(
         """What follows for the largest classes, whose steps are made before those of one class; see :func:`_rows`."""
         return _rows(problems, found, factors=listed)
 
-    search_for(found, bounds, seconds=seconds, numbers=numbers, tell=progress, brief=brief)
+    search_for(found, bounds, seconds=left(), numbers=numbers, tell=progress, brief=brief)
     rows = iter(_rows(problems, found))
     answered = [certification_of(each, bounds()) if isinstance(each, Attempts) else next(rows) for each in found]
     moved = [each.asked.several != problem.several for problem, each in zip(problems, found, strict=True)]
@@ -329,7 +339,7 @@ def answers(
             continue
         if (moved[i] and problem.nonlinearity_class.sector.lower > 0) or (any(moved) and not moved[i]):
             alone = Attempts(problem)  # what is proved from 0 on may end a little higher; rows of lists serve no other
-            search_for([alone], list, seconds=seconds, numbers=numbers, tell=progress)
+            search_for([alone], list, seconds=left(), numbers=numbers, tell=progress)
             answered[i] = answered[i] if alone.certification is None else alone.certification
     return answered
 

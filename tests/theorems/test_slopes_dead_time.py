@@ -19,9 +19,11 @@ from lure.analysis.certificates.second.numerics import right_zeros as second_zer
 from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.systems import read_system
 from lure.analysis.certificates.second.systems import shifted as theirs
+from lure.analysis.questions.counterexample_search import linear_witnesses
+from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.dead_time import first_order_largest
 from lure.analysis.theorems.kernels import multiplier_of
-from lure.analysis.verdict import Evidence, Verdict
+from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.plants.delay import DelayPlant
 
 SERVO = "exp(-s/5)/(s*(s^2+0.4*s+4))"
@@ -259,3 +261,15 @@ def test_one_class_is_asked_of_the_criteria_from_its_own_lower_bound_on(text, as
     found = certify(text, asked)
     assert found.verdict is Verdict.PROVED
     assert recheck(found.certificate).accepted
+
+
+def test_the_time_allowed_holds_while_roots_at_the_lower_end_are_counted():
+    assert max_slope("exp(-1000000*s)/(s+1)", lower=F(3, 10), seconds=0.05).stopped == "time"
+
+
+def test_a_linear_gain_is_named_by_where_a_root_was_found():
+    # between 0 and it nothing is known; tan(w) = -w, k = sqrt(1 + w^2)
+    (one,) = linear_witnesses(
+        Problem.largest(DelayPlant.parse("exp(-s)/(s+1)"), "sector", lower=F(0)), Bracket(0, 2.2618263341)
+    )
+    assert one.description.startswith("a linear gain of about 2.26182633 puts")
