@@ -536,11 +536,11 @@ def curve(H: Plant, graphs: list[Graph], proof: Any) -> dict[str, str]:
 
 
 def spiral(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, str]:
-    """Turns around 0, each closed along one ray, that solutions cross inwards, the last one within the ellipsoid.
+    """Turns around 0, each closed along one ray, that solutions cross inwards, the last one ending in the ellipsoid.
 
     Each turn bounds a set that no solution leaves, and the next one starts on the ray no nearer to 0 than it ends.  A
     periodic solution in such a set goes around 0, the only equilibrium there, and crosses the ray below the end of the
-    turn: in the next set.  So there is none, and by Poincare and Bendixson every solution tends to 0.
+    turn: in the next set, at last in the ellipsoid.  So there is none, and by Poincare and Bendixson all tends to 0.
     """
     _, rows, given = fields(proof, "method", "P", "turns")
     need(len(graphs) == 1, "a spiral is about one nonlinearity")
@@ -561,9 +561,8 @@ def spiral(H: Plant, graphs: list[Graph], data: Any, proof: Any) -> dict[str, st
     need(all(a >= b for a, b in zip(starts[1:], ends)), "a turn starts within the end of the one before")
     low, high = ((v * ray[0], v * ray[1]) for v in (min(ends), max(starts)))
     crossed(H, graphs, [(low, None, high)], sense)
-    last = [point for arc in turns[-1][2] for point in arc if point is not None]
-    values = [P[0][0] * x * x + 2 * P[1][0] * x * y + P[1][1] * y * y for x, y in last]
-    need(max(values) <= 1, "the last turn leaves the ellipsoid")
+    x, y = (ends[-1] * v for v in ray)
+    need(P[0][0] * x * x + 2 * P[1][0] * x * y + P[1][1] * y * y <= 1, "the last turn ends outside of the ellipsoid")
     still(H, graphs[0], sense, outer)
     return facts | {
         "spiral": f"{len(turns)} turns, {sum(len(arcs) for *_, arcs in turns)} arcs, are crossed inwards, their ray in "

@@ -35,7 +35,6 @@ _CLOSED = 1e-7  # relative distance of the ends of a turn that counts as closed
 _TURNS, _ARCS, _STEPS, _HALVINGS = 80, 4000, 4000, 24
 _FAR, _BITS, _RAYS, _REST = 1e4, 44, 16, 0.003
 _WORTH = Fraction(101, 100)
-_INSIDE = 0.999  # of the ellipsoid, whose coordinates make it the unit disc
 _TIMES = (0.0, 0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9, 1.0)
 
 
@@ -280,12 +279,12 @@ class _Search:
         return True
 
     def _begun(self, angle: float) -> bool:
-        """The innermost turn: in the disc, as large as it may be."""
+        """The innermost turn: begun in the disc, as far out as it may be."""
         size = math.hypot(*self.ray)
         for part in (0.95, 0.8, 0.6, 0.4, 0.2, 0.1):
             for each in (*_WIDE, angle):
                 one = self.turn(part / size, each, inner=True)
-                if one is not None and one[1] > part / size and _largest(one[0]) < _INSIDE:
+                if one is not None and one[1] > part / size:
                     self.turns, self.start = [one[0]], one[1]
                     return True
         return False
@@ -412,10 +411,6 @@ class _Search:
             rows.append([*([] if c is None else exact(c)), *exact(end)])
         rows[-1][-2:] = on_ray(ends[-1])
         return rows
-
-
-def _largest(arcs: Sequence[Arc]) -> float:
-    return max(math.hypot(*point) for arc in arcs for point in arc if point is not None)
 
 
 def _rounded(value: float, size: float, bits: int) -> Fraction:

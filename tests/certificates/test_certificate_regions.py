@@ -553,7 +553,8 @@ def test_curves_are_crossed_outwards(a, way, points, holds):
             regions.curve(*given)
 
 
-# turns from 4 to 39/10 and on to 19/5; |x|^2 is 18 at most on the first, 17.1 on the second
+# turns from 4 to 39/10 and on to 19/5; |x|^2 is 18 at most on the first, 17.1 on the second, and has to be at most
+# 1/level at the end of the last one alone: 1/15.21 = .065746, 1/14.44 = .069252
 FIRST = [*AROUND[:-1], ("39/10", 0)]
 SECOND = [*((F(39, 40) * x, F(39, 40) * y) for x, y in AROUND[:-1]), ("19/5", 0)]
 LATER = [*((F(38, 40) * x, F(38, 40) * y) for x, y in AROUND[:-1]), ("37/10", 0)]
@@ -563,9 +564,10 @@ LATER = [*((F(38, 40) * x, F(38, 40) * y) for x, y in AROUND[:-1]), ("37/10", 0)
     ("a", "way", "turns", "level", "holds"),
     [
         ("-3/5", 1, [FIRST], "1/18", True),
-        ("-3/5", 1, [FIRST], "57/1000", False),
-        ("-3/5", 1, [FIRST, SECOND], "57/1000", True),
-        ("-3/5", 1, [FIRST, SECOND], "59/1000", False),
+        ("-3/5", 1, [FIRST], "657/10000", True),
+        ("-3/5", 1, [FIRST], "658/10000", False),
+        ("-3/5", 1, [FIRST, SECOND], "692/10000", True),
+        ("-3/5", 1, [FIRST, SECOND], "693/10000", False),
         ("-3/5", 1, [FIRST, LATER], "1/100", False),  # it starts within the end of the first
         ("-3/5", 1, [FIRST, [*SECOND[1:-1], SECOND[0], (F(29, 10), F(29, 10))]], "1/100", False),  # on another ray
         ("-3/5", 1, [FIRST, [*FIRST[:-1][::-1][-1:], *FIRST[1:-1][::-1], ("39/10", 0)]], "1/100", False),

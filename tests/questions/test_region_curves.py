@@ -49,6 +49,16 @@ def held():
     return region(HELD, Saturation())
 
 
+# With slope 1 the eigenvalues -1/2 and -1 are real: no solution goes around 0 near it, each turn leaves the ellipsoid.
+@pytest.mark.slow
+def test_a_spiral_ends_in_the_ellipsoid_where_no_solution_winds_around_0():
+    found = region(as_plant(([[0, "-0.5"], [1, "1.5"]], [0, 1], [0, 3], 0)), Saturation())
+    low, high = found.area
+    truth = area_of_orbit(lambda z: (-z[1] / 2, z[0] + 1.5 * z[1] - np.clip(3 * z[1], -1, 1)), [0.3, 0.3])
+    assert low < truth < high < 1.003 * low
+    assert recheck(found.proof.certificate).accepted
+
+
 @pytest.mark.slow
 def test_the_area_within_van_der_pols_oscillation_is_enclosed(oscillator):
     truth = area_of_orbit(lambda z: (-z[0] + z[0] ** 3 / 3 - z[1], z[0]), [1, 0])
@@ -115,7 +125,7 @@ def test_a_curve_may_move_away_from_the_periodic_solution_but_not_across_it(osci
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        (("proof", "turns"), lambda turns: turns[:-1]),  # the last turn leaves the ellipsoid
+        (("proof", "turns"), lambda turns: turns[:-1]),  # the last turn ends outside of the ellipsoid
         (("proof", "turns"), lambda turns: turns[:1] + turns[2:]),  # a turn is missing
         (("proof", "turns"), lambda turns: turns[::-1]),
         (("proof", "turns"), []),

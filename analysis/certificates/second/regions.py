@@ -482,7 +482,7 @@ def _over(low: Cut, high: Cut, start: Cut, end: Cut) -> bool:
 
 
 def _require_spiral(loop: Loop, document: Document) -> None:
-    """Check that turn after turn is crossed inwards, the last one within the ellipsoid, around one equilibrium."""
+    """Check that turn after turn is crossed inwards, to an end within the ellipsoid, around one equilibrium."""
     require(len(loop.graphs) == 1, "a spiral is about one nonlinearity")
     P = _require_level_set(loop, document)
     turns = [curve_of(loop, value) for value in listed(document.proof["turns"])]
@@ -499,8 +499,6 @@ def _require_spiral(loop: Loop, document: Document) -> None:
         reaches += [factor, before]
         require_crossed(loop, turn.arcs, first.sense)
     require_crossed(loop, (first.along_ray(min(reaches), max(reaches)),), first.sense)
-    for arc in turns[-1].arcs:
-        for corner in arc.corners:
-            z = fmpq_mat([list(corner)])
-            require(bool((z * P * z.transpose())[0, 0] <= 1), "the last turn leaves the ellipsoid")
+    z = fmpq_mat([[to_fmpq(reaches[-1]) * v for v in first.start]])
+    require(bool((z * P * z.transpose())[0, 0] <= 1), "the last turn ends outside of the ellipsoid")
     require_one_equilibrium(loop, first)
