@@ -1,8 +1,9 @@
 """Published plants and numbers: what others reached, and how ours is asked for.
 
 Discrete time: J. Carrasco, W. P. Heath, J. Zhang, N. S. Ahmad, S. Wang, "Convex searches for discrete-time Zames-Falb
-multipliers", 2019, examples 1, 2, 3, 5, 6.  Continuous time: the set of Chen and Wen, Park, Turner, Chang, Carrasco;
-its numbers were recomputed in floating point.  Critical case: closed forms.
+multipliers", 2019, examples 1, 2, 3, 5, 6; 4 and 7 as https://github.com/sahelvn/ReLURNN_StaticQCs cites its table
+(Nyquist's number of 4 as printed there; it is 7.907).  Continuous time: the set of Chen and Wen, Park, Turner, Chang,
+Carrasco; its numbers were recomputed in floating point.  Critical case: closed forms.
 """
 
 from __future__ import annotations
@@ -34,16 +35,20 @@ DISCRETE = {
     "DT 1": ("0.1 0", "1 -1.8 0.81"),
     "DT 2": ("1 -1.95 0.9 0.05", "1 -2.8 3.5 -2.412 0.7209"),
     "DT 3": ("-1 1.95 -0.9 -0.05", "1 -2.8 3.5 -2.412 0.7209"),
+    "DT 4": ("1 -1.5 0.5 -0.5 0.5", "4.4 -8.957 9.893 -5.671 2.207 -0.5"),
     "DT 5": ("-0.5 0.1", "1 -0.9 0.79 0.089"),
     "DT 6": ("2 0.92", "1 -0.5 0"),
+    "DT 7": ("1.341 -1.221 0.6285 -0.5618 0.1993", "1 -0.935 0.7697 -1.118 0.6917 -0.1352"),
 }
 # circle, Tsypkin, Zames-Falb odd, Zames-Falb any, refuted odd, refuted any, Nyquist
 _DISCRETE_NUMBERS = {
     "DT 1": (0.7934, 3.8000, 13.5115, 13.0283, 13.5754, 13.5754, 36.1),
     "DT 2": (0.1984, 0.2427, 1.1056, 0.80274, 1.10565, 0.80275, 2.7455),
     "DT 3": (0.1379, 0.1379, 0.3121, 0.3121, None, None, 0.312370),
+    "DT 4": (1.5312, 1.6911, 3.8240, None, None, None, 7.7907),
     "DT 5": (1.0273, 1.0273, 2.4475, 2.4475, None, None, 2.4475),
     "DT 6": (0.6510, 0.6510, 1.0870, 0.91146, None, 175 / 192, 25 / 23),
+    "DT 7": (0.1069, 0.1069, 0.5280, None, None, None, 1.1766),
 }
 CONTINUOUS = {
     "CT 1": ("1 -0.2 -0.1", "1 2 1 1"),
