@@ -128,13 +128,13 @@ class RateBound(TwoSided):
 
     def __str__(self) -> str:
         against = "" if self.refutation is None else f"{self.witness} a solution {self._slow(self.refutation)}"
-        said = f"No rate is proved for {self.nonlinearity_class}: {self.reason}"
+        said = f"No rate is proved for {self.nonlinearity_class}"
         if self.refutation is not None and self.verdict is Verdict.REFUTED:
             about = about_words(self.refutation.certificate, inwards=False)
             said, against = f"Not every solution decays for all members of the class ({about}): {against}", ""
         if self.proof is not None:
-            begun = f"No decay is proved: {self.reason}" if self.verdict is Verdict.INCONCLUSIVE else said
-            said = "Every" if self.verdict is Verdict.PROVED else f"{begun}; every"
+            said = "No decay is proved" if self.verdict is Verdict.INCONCLUSIVE else said
+            said = "Every" if self.verdict is Verdict.PROVED else f"{said}; every"
             like, late = self._like(_rate_of(self.proof), proved=True), "late" in self.proof.certificate["system"]
             whole = ", ".join(filter(None, (self.nonlinearity_class, self.assumed)))
             start, told = ("m", ", m the greatest |x| before t = 0,") if late else ("|x(0)|", "")
@@ -307,7 +307,7 @@ def _answered(
         bounds = Bracket(
             -math.inf if found is None else double_below(found), math.inf if against is None else double_above(against)
         )
-    reason = "" if _decays(loop, proof) else "no criterion proves that every solution decays exponentially"
+    reason = "" if _decays(loop, proof) else "no proof was found that every solution decays exponentially"
     return RateBound(
         time="discrete" if discrete else "continuous",
         rate=bounds,

@@ -83,7 +83,7 @@ def test_a_rate_is_said_to_the_safe_side(time, ends, proof, member, verdict, clo
     parts = {
         "PROVED": ["Every ", against],
         "REFUTED": [f"{OUT}{against}; every " if said else OUT + against, ""],
-        "INCONCLUSIVE": ["No decay is proved: why; every " if said else "No rate is proved for phi: why", against],
+        "INCONCLUSIVE": ["No decay is proved; every " if said else "No rate is proved for phi", against],
     }[verdict]
     parts[0] += RATE.format(*said) if said else ""
     assert str(found) == "; ".join(filter(None, parts)) + "."
