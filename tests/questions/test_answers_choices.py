@@ -24,7 +24,7 @@ from lure.analysis.cli import performance
 from lure.analysis.cli.loops import lines
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.questions import advice, max_sector, problem, steady, table, tolerances
-from lure.analysis.questions.channel_hypotheses import groups_of
+from lure.analysis.questions.channel_hypotheses import constant_gains_of, groups_of
 from lure.analysis.questions.channel_kinds import channel_hints
 from lure.analysis.questions.channel_map import stability_map
 from lure.analysis.questions.channel_problem import channel_problem
@@ -32,17 +32,19 @@ from lure.analysis.questions.channel_proofs import criteria_for, proved_whole
 from lure.analysis.questions.channels import _ends_before
 from lure.analysis.questions.conclusion import _member, _refuted, _takes_a_value_twice, conclusion_of
 from lure.analysis.questions.energy import energy_bounds
-from lure.analysis.questions.gain import LONGEST, _window, gain_problem
+from lure.analysis.questions.gain import LONGEST, _last_channels, _window, gain_problem
 from lure.analysis.questions.problem import Problem
+from lure.analysis.questions.regions import AttractedSet
 from lure.analysis.questions.worst_plants import _moved, least
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
 from lure.analysis.wording import counterexample
 from lure.classes import Diagonal
 from lure.files import parse_system
-from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear
+from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear, Quantiser
 from lure.plants.family import PlantFamily
 
 OPEN = SimpleNamespace(verdict=Verdict.INCONCLUSIVE)
+UNIT = Saturation(gain=1, limit=1)
 UNIT_CLASS = NonlinearityClass.slope_restricted(0, 1)
 UNSTABLE = RationalPlant([1], [1, -1])  # gains in (1, inf)
 
@@ -419,6 +421,57 @@ def test_matrices_are_taken_by_criteria_for_matrices(criterion, kind, monkeypatc
     assert isinstance(problem.posed(plant, UNIT_CLASS, criterion=criterion, finite=True).plant, kind)
 
 
+# a function that jumps has no slopes, and one that is shown not to be odd stays so; a class alone may have both
+@pytest.mark.parametrize(
+    ("nonlinearity", "slopes", "both"),
+    [
+        (None, True, True),
+        (Saturation(gain=2, limit=1), True, True),
+        (Quantiser(step=1), False, False),
+        (PiecewiseLinear([(0, 0), (1, 1)], left_slope=0, right_slope=0), True, False),
+    ],
+)
+def test_advice_is_of_a_property_that_phi_can_have(nonlinearity, slopes, both):
+    names = ("time-invariance", "slope bounds", "slope bounds and oddness")
+    assert [advice._possible(name, nonlinearity) for name in names] == [True, slopes, both]
+
+
+def test_constant_gains_are_linear_and_do_not_change():
+    own = NonlinearityClass
+    classes = (own.constant_gain(0, 1), own(sector=Sector(0, 1)), own.constant_gain(0, 2), own.constant_gain(0, 2))
+    asked = SimpleNamespace(classes=Diagonal(classes, repeated=(1, 1, 2)))
+    assert constant_gains_of(asked) == [range(1), range(2, 4)]
+
+
+# of a plant with 3 inputs and outputs, 1 or 2 classes leave 2 or 1 for w and z; 3 leave none
+@pytest.mark.parametrize("m", [1, 2, 3])
+def test_the_last_channels_are_those_beyond_the_classes(m):
+    plant = as_plant((-np.eye(3), np.eye(3), np.eye(3), np.zeros((3, 3))))
+    rest, stated = _last_channels(plant, m)
+    assert (rest.inputs, None if stated is None else (stated.inputs, stated.outputs)) == {
+        1: (1, (2, 2)),
+        2: (2, (1, 1)),
+        3: (3, None),
+    }[m]
+
+
+def test_a_question_keeps_what_was_asked():
+    assert Problem.about(UNSTABLE, None).lower == 0
+    asked = [Problem.about(UNSTABLE, UNIT_CLASS, nonlinearity=one) for one in (None, UNIT, Saturation(gain=1, limit=2))]
+    several = [channel_problem(([1], [1, 1]), [one]) for one in (UNIT, Saturation(gain=1, limit=2))]
+    assert len({one.text for one in (*asked, *several)}) == 5
+    told = table.class_dict(NonlinearityClass.constant_gain(0, 1)), table.class_dict(NonlinearityClass.relu())
+    assert [(one.get("linear"), one.get("relu")) for one in told] == [(True, None), (None, True)]
+
+
+def test_a_state_has_the_size_of_the_set():
+    curve = AttractedSet(kind="curve", volume=1, proof=shown(), points=((0, 0), (2, 0), (0, 2)))
+    assert curve.contains((F(1, 2), F(1, 2)))
+    for state in ((1,), (1, 2, 3)):
+        with pytest.raises(InputError, match="and the set has 2"):
+            curve.contains(state)
+
+
 class Saying:
     """A function that says its sector, and what else it is given."""
 
@@ -459,7 +512,6 @@ def test_what_is_declared_of_a_function_is_said(said, laws, words):
 
 
 DECLARED = "lies in the sector you declare and is locally Lipschitz, of which nothing is declared"
-UNIT = Saturation(gain=1, limit=1)
 
 
 # two lags apart: of each channel it is said what nothing shows, and of none where all is checked
