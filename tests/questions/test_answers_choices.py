@@ -314,6 +314,8 @@ def test_a_criterion_says_its_evidence_where_it_has_some(found, said):
     assert str(found).startswith(said)
     assert str(found).endswith(". Why.")
     assert found.class_words == str(found.nonlinearity_class)  # of no certificate
+    proved = replace(found, verdict=Verdict.PROVED, shown=shown())
+    assert proved.class_words == "phi, time-invariant, in the sector [0, 2]"  # of the certificate
     several = Diagonal((NonlinearityClass(sector=Sector(0, 1)),) * 2)
     assert replace(found, classes=several).class_words == str(several)
 
