@@ -18,7 +18,7 @@ from lure import __version__
 from lure.analysis.explore.compiled import with_bytecode
 from lure.analysis.explore.runtime import LOCK, runtime
 from lure.analysis.explore.served import respond
-from lure.analysis.output import replaced
+from lure.analysis.output import checked_target, replaced
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
 from lure.extensions import extensions
@@ -58,6 +58,7 @@ def write_page(directory: Path, system: LoopSystem | None = None) -> Path:
         The loop is none of a page; the folder cannot be written, or holds something else; what the page is made of is
         not in the user's cache and cannot be fetched.
     """
+    checked_target(directory)
     page = page_text(opening(builtin_loop(_HELD) if system is None else system))
     kept = runtime()
     scripts = with_bytecode(packages(), kept)

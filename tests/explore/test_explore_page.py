@@ -88,6 +88,13 @@ def test_a_loop_with_several_channels_is_refused_before_anything_is_fetched(lure
     assert not (here / "page").exists()
 
 
+def test_a_file_in_place_of_the_folder_is_refused_before_anything_is_fetched(lure, here, monkeypatch):
+    monkeypatch.setattr("lure.analysis.explore.build.runtime", None)
+    (here / "page").write_text("mine", encoding="utf-8")
+    status, _, err = lure("explore", "-o", "page")
+    assert (status, err) == (2, "lure: 'page' is a file; give a directory with -o\n")
+
+
 @pytest.mark.parametrize(
     ("npm", "said"),
     [
