@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -165,6 +166,9 @@ def sector(
         status, drawing = _of_nonlinearity(expr, on, claim, slope=slope, seconds=seconds, as_json=as_json)
     else:
         assert file is not None, "one of the two is given"
+        with suppress(OSError):  # a name that is no path at all is refused when it is read
+            if not file.exists():
+                raise InputError(f"{str(file)!r:.60} is no file; give measured data, or a formula with --expr")
         if on is not None:
             raise InputError("--on goes with --expr; measured data say nothing outside their own range")
         reading = Reading(
@@ -271,6 +275,8 @@ def _claim(pair: Pair, *, slope: bool) -> Sector | SlopeBounds:
     from lure.classes import Sector, SlopeBounds
 
     lower, upper = (_bound(text, "--within") for text in pair)
+    if lower > upper:
+        raise InputError(f"--within is {' '.join(pair)}; the first number must be smaller than the second")
     return SlopeBounds(lower, upper) if slope else Sector(lower, upper)
 
 

@@ -251,6 +251,8 @@ def as_nonlinearity(source: object) -> Nonlinearity:
                 f"{type(source).__name__} has a memory: its output depends on the past of sigma, and a sector bounds "
                 "memoryless nonlinearities mu = -phi(sigma); lure.analysis.describing_function(it, amplitude) is a hint"
             )
+    if isinstance(source, int | float | Fraction):
+        raise InputError(f"{source!r:.60} is a number, and no nonlinearity; a class of them is Sector(lower, upper)")
     raise InputError(f"{source!r:.60} has no sector; {_WANTED}")
 
 

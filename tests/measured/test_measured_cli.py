@@ -54,7 +54,10 @@ def test_an_element_with_memory_ends_with_status_10(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["missing.csv"], "cannot be read"),
+        (["missing.csv"], "'missing.csv' is no file; give measured data, or a formula with --expr"),
+        (["tanh(sigma)"], "'tanh(sigma)' is no file; give measured data, or a formula with --expr"),
+        (["s" * 999], "cannot be read"),
+        (["--expr", "x", "--within", "1", "-2"], "--within is 1 -2; the first number must be smaller than the second"),
         ([str(EXAMPLE), "--force", "weight"], "there is no such column; choose by name or number from 1: time [s]"),
         ([str(EXAMPLE), "--on", "0", "1"], "--on goes with --expr"),
         ([str(EXAMPLE), "--origin", "here"], "--origin is 'here'"),
