@@ -588,7 +588,8 @@ PLANT_FILE = FileKind(
         *(f"nonlinearity.{key}" for key in LAW_TEXTS),
     ),
     single=("name", "title"),
-    letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"},
+    letters={"numerator": "plant.num", "denominator": "plant.den", "H": "plant.transfer", "G": "plant.transfer"}
+    | dict.fromkeys(("delay", "dead_time"), 'plant.transfer = "exp(-0.2*s)/(s+1)"'),
     free="nonlinearity",
 )
 """Files with a ``[plant]``, and the built-in loops."""

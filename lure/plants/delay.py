@@ -82,7 +82,9 @@ class DelayPlant(Record):
         feedback: Mapping[Fraction, tuple[Fraction, ...]] | None = None,
     ) -> None:
         if any(delay < 0 for delay in terms):
-            raise InputError(f"DelayPlant has the delay {float(min(terms)):g} s, which foresees; give delays >= 0")
+            raise InputError(
+                f"DelayPlant has the delay {float(min(terms)):g} s and is not causal; give exp(-T*s) with T >= 0"
+            )
         blocks = {delay: RationalPlant(top, denominator) for delay, top in sorted(terms.items())}
         kept = tuple((delay, block.numerator) for delay, block in blocks.items() if any(block.numerator))
         if not kept:
@@ -222,7 +224,7 @@ def _inner(
         if len(q) > degree + 1:
             raise InputError(
                 f"the denominator has dead time with s^{len(q) - 1} and s^{degree} without: an equation of advanced "
-                "type, which foresees; give as high a power without dead time"
+                "type, which is not causal; give as high a power without dead time"
             )
         if q:
             yield delay, q

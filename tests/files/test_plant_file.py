@@ -168,6 +168,8 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         ("[plant]\nnumerator = [1]\nden = [1]", "did you mean plant.num?"),
         ("[plant]\ntransfr = '1/s'", "did you mean plant.transfer?"),
         ("[plant]\nH = '1/s'", "did you mean plant.transfer?"),
+        (PLANT + "dead_time = 1", 'unknown key plant.dead_time; did you mean plant.transfer = "exp(-0.2*s)/(s+1)"?'),
+        ("[plant]\nnum = [1]\nden = [1, 1]\ndelay = 1", 'did you mean plant.transfer = "exp(-0.2*s)/(s+1)"?'),
         (PLANT + "[clas]\nsector = [0, 1]", "unknown key clas; did you mean class?"),
         (PLANT + "[class]\nsectr = [0, 1]", "unknown key class.sectr; did you mean class.sector?"),
         (PLANT + "[class]\ntimevarying = true\nsector = [0, 1]", "did you mean class.time_varying?"),
