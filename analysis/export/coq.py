@@ -29,6 +29,7 @@ from lure.analysis.export.pacing import pacing_text
 from lure.analysis.export.powers import powers_text
 from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
+from lure.analysis.export.returning import returning_text
 from lure.analysis.export.switching import switched_text
 from lure.analysis.export.through import through_text
 from lure.analysis.export.words import refused
@@ -61,7 +62,9 @@ def coq_text(shown: Checked) -> str:
         if method == "linear-members" or "unlimited" in data["proof"]:
             return driven_text(data, shown.claim)
         constant = members_text if data["system"]["kind"] == "state-space" else _constant
-        written = {"linear-gains": members_text, "growth": beyond_text} | dict.fromkeys(METHODS, constant)
+        written = {"linear-gains": members_text, "growth": beyond_text, "flow-orbit": returning_text} | dict.fromkeys(
+            METHODS, constant
+        )
         if method in ("switched-gain", "switched-gains"):
             discrete = data["system"].get("time") == "discrete"
             return (switched_text if discrete else jumping_text)(data, shown.claim)

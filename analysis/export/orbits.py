@@ -35,7 +35,7 @@ def orbit_text(data: Mapping[str, Any], claim: str) -> str:
     return _Orbit(data).text(claim) if method == "orbit" else _Several(data).text(claim)
 
 
-class _Graph:
+class Graph:
     """Lemmas about one nonlinearity of a class, piecewise linear through given points; names end with ``mark``."""
 
     def __init__(self, family: Family, given: Iterable[Point], mark: str = "") -> None:
@@ -146,7 +146,7 @@ class _Orbit:
     def __init__(self, data: Mapping[str, Any]) -> None:
         family, proof = classes(data["laws"]), data["proof"]
         self.data, self.samples, self.values = data, numbers(proof["sigma"]), [-v for v in numbers(proof["u"])]
-        self.graph = _Graph(family, zip(self.samples, self.values, strict=True))
+        self.graph = Graph(family, zip(self.samples, self.values, strict=True))
 
     def text(self, claim: str) -> str:
         """The whole file."""
@@ -225,7 +225,7 @@ class _Several:
         points = [set[Point]() for _ in asked.blocks]
         for b, sigma, w in zip(self.block, self.sigma, self.columns[self.n :], strict=True):
             points[b] |= set(zip(sigma, w, strict=True))
-        self.graphs = [_Graph(asked.families[block[0]], points[b], str(b)) for b, block in enumerate(asked.blocks)]
+        self.graphs = [Graph(asked.families[block[0]], points[b], str(b)) for b, block in enumerate(asked.blocks)]
 
     def text(self, claim: str) -> str:
         """The whole file."""

@@ -78,6 +78,17 @@ Proof.
     + apply cone_between; auto.
     + apply IH; auto; lra.
 Qed.
+(* Between two of the points that it goes through. *)
+Lemma through_segment : forall a i pts x y s, ascending x pts -> (i < length pts)%nat ->
+  let p := nth i ((x, y) :: pts) (0, 0) in let q := nth i pts (0, 0) in
+  fst p <= s <= fst q -> through a x y pts s = snd p + (snd q - snd p) / (fst q - fst p) * (s - fst p).
+Proof.
+  intros a; induction i as [|i IH]; intros [|[x' y'] r] x y s A L p q I; cbn [length] in L; try lia.
+  - unfold p, q in *; cbn [nth fst snd] in *; cbn [through]; destruct (Rle_dec s x'); [reflexivity|lra].
+  - assert (X : x' <= fst p).
+    { apply (through_points a r x' y' (proj2 A)), (nth_In ((x', y') :: r)); cbn [length]; lia. }
+    rewrite through_beyond by (auto; lra); apply (IH r x' y' s (proj2 A) ltac:(lia)); exact I.
+Qed.
 Definition with_ray (l x y : R) (pts : list (R * R)) (s : R) : R :=
   if Rle_dec x s then through l x y pts s else l * s.
 

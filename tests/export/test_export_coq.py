@@ -19,6 +19,7 @@ from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
+from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.quadratic import definite, matrix_of, nonnegative, rounded
 from lure.analysis.export.relying import halves
 from lure.analysis.export.waves import ONE, Waves, angle
@@ -535,9 +536,8 @@ def test_what_has_no_export_is_refused_in_a_sentence():
         (one, *_) = (c for c in KEPT.values() if (c["theorem"], c["proof"]["method"]) == (name, method))
         with pytest.raises(InputError, match="cannot be exported to Coq: "):
             coq_text(check(one))
-    refuted = next(c for c in KEPT.values() if c["proof"]["method"] == "flow-orbit")
-    with pytest.raises(InputError, match="it is a refutation by flow-orbit"):
-        coq_text(check(refuted))
+    with pytest.raises(InputError, match="it is a refutation by memory-orbit"):
+        orbit_text({"proof": {"method": "memory-orbit"}}, "")
 
 
 def test_a_form_that_would_take_coq_minutes_is_refused(monkeypatch):

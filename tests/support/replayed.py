@@ -16,6 +16,7 @@ LIBRARIES = (
     *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
     *("switching", "powers", "feedthrough", "members", "gains", "regions", "pieces", "waves", "critical", "steps"),
     *("stays", "jumps", "paces", "beyond", "driven", "interval", "everywhere"),
+    *("enclosures", "contraction", "returns"),
 )
 PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
 LOOP = "(* ---- This loop ---- *)"
