@@ -31,7 +31,7 @@ def orbit_text(data: Mapping[str, Any], claim: str) -> str:
     method = data["proof"]["method"]
     if method not in ("orbit", "sampled-orbit", "equilibrium") or "rate" in data:
         paced = " with a rate" * ("rate" in data)
-        raise refused(f"it is a refutation by {method}{paced}; orbits in discrete time and equilibria have an export")
+        raise refused(f"it is a refutation by {method}{paced}; orbits without memory and equilibria have an export")
     return _Orbit(data).text(claim) if method == "orbit" else _Several(data).text(claim)
 
 
