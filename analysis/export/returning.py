@@ -40,7 +40,7 @@ LIBRARIES = (
     "returns.v",
 )
 GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 5, 8
-BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = 56, 16, 1024, 80, 45 * 10**8
+BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = 56, 16, 1024, 80, 2 * 10**9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -307,7 +307,7 @@ class _Orbit:
                         sides=sides,
                     )
                 )
-            # products and quotients of numbers of so many digits, which take Coq half a minute at most
+            # products and quotients of numbers of so many digits, which take Coq a quarter of a minute at most
             work = [(s.steps + 1) * (s.p.bit_length() + s.q.bit_length() + bits) ** 2 for s in stays]
             if sum(work) * (self.n + 2) * bits > MOST_WORK:
                 raise refused("its orbit takes steps of so many digits that Coq would take minutes")
