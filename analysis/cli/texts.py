@@ -382,9 +382,9 @@ Examples:
 
 \b
 The file states a theorem about the plant's own coefficients and proves it by
-computation, with Coq's standard library alone; coqc accepts it only if every
-number in it is right.  It ends with what the proof assumes: the axioms of the
-real numbers.
+computation, with Coq's standard library alone.  coqc checks the theorem as
+the file states it: compare its plant and class with yours.  The file ends
+with what the proof assumes: the axioms of the real numbers.
 
 \b
 Exit status: 0 written, 2 no certificate, or one of a kind that has no export.
