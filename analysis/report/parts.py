@@ -28,7 +28,7 @@ Section = Literal["asked", "frequency", "criteria", "spectrum", "confirmation", 
 LADDER = (
     ("certified", "exact or ball arithmetic over the whole claim, or a proof from exact hypotheses"),
     ("computed", "floating point, compared with a second computation"),
-    ("observed", "one motion, of the rod or of its scheme; it can contradict a claim, never prove one"),
+    ("observed", "a simulation, a sample or a drawing; it can contradict a claim, never prove one"),
 )
 
 
