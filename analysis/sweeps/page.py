@@ -28,6 +28,7 @@ from lure.analysis.plots.studies import (
 from lure.analysis.report.html import glyphs, inline, template
 from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.sweeps.boundary import stores
+from lure.analysis.sweeps.rows import variables
 from lure.analysis.sweeps.run import opened
 from lure.errors import InputError
 from lure.files.values import shown_path
@@ -111,6 +112,7 @@ def _figures(data: xarray.Dataset, more: Sequence[xarray.Dataset]) -> Iterator[F
     for number, plane in enumerate(planes(data)):
         question = str(plane.data["question"].values) if "question" in plane.data.coords else ""
         first, two = question not in asked, len(plane.along) == 2
+        told = variables((question,)) if question else {}
         asked.add(question)
         if not (plane.data["verdict"].values != "").any():
             continue
@@ -121,6 +123,8 @@ def _figures(data: xarray.Dataset, more: Sequence[xarray.Dataset]) -> Iterator[F
             yield _figure(f"criteria-{number}", "Criterion of what is proved", plane, partial(criteria_drawn, plane))
         for name in _VALUES if first else _VALUES[:1]:
             if name in plane.data and len(np.unique(_finite(plane.data[name]))) > 1:
+                if name in told:  # of this question alone, where the store has several
+                    plane.data[name].attrs |= {"long_name": told[name].text, "units": told[name].unit}
                 title = str(plane.data[name].attrs["long_name"])
                 yield _figure(f"{name}-{number}", title, plane, partial(values_drawn, plane, name))
                 if first and two and len(np.unique(_finite(curve(plane).data[name]))) > 1:

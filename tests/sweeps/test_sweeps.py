@@ -13,7 +13,7 @@ import pytest
 
 from lure.analysis.sweeps import run as runs
 from lure.analysis.sweeps import sweep
-from lure.analysis.sweeps.page import page_of
+from lure.analysis.sweeps.page import _figures, page_of
 from lure.analysis.sweeps.reading import study_of
 from lure.analysis.sweeps.rows import answered
 from lure.analysis.sweeps.run import opened
@@ -226,6 +226,24 @@ def test_only_sweeps_import_what_sweeps_need():
                 found.add(path.relative_to(top).as_posix())
     inside = {"analysis/sweeps/store.py", "analysis/sweeps/cluster.py"}
     assert found == inside
+
+
+def test_a_figure_of_a_page_with_several_questions_says_what_is_drawn_and_in_which_unit():
+    import xarray
+
+    over = ("question", "a")
+    data = xarray.Dataset(
+        {
+            "verdict": (over, [["PROVED"] * 2] * 2),
+            "criterion": (over, [["popov"] * 2] * 2),
+            "error": (over, [[""] * 2] * 2),
+            "low": (over, [[1.0, 2.0]] * 2, {"long_name": "lower end of the gain, of the rate", "units": "1"}),
+        },
+        coords={"question": ["gain", "rate"], "a": [1.0, 2.0]},
+    )
+    titles = [figure.spec.title for figure in _figures(data, [])]
+    measured = ["lower end of the L2 gain", "lower end of the rate, 1/s in continuous time and a factor per sample"]
+    assert [title.startswith(one) for title, one in zip(titles[1::2], measured, strict=True)] == [True, True]
 
 
 def test_a_page_has_maps_and_the_points_to_look_at(tmp_path):
