@@ -128,6 +128,7 @@ def subject(phi: object) -> Subject:
     InputError
         It is none of these, or does not give the same value twice.
     """
+    __tracebackhide__ = True
     if isinstance(phi, str):
         phi = _parsed(phi)
     if isinstance(phi, Expression):
@@ -151,14 +152,14 @@ def _value(expression: Expression, variable: str, sigma: ArrayLike) -> object:
 
 
 def _parsed(text: str) -> Expression:
+    __tracebackhide__ = True
     try:
         return Expression.parse(text, variables=("sigma",), field="phi")
-    except InputError:
+    except InputError as error:
         try:
             return Expression.parse(text, variables=("x",), field="phi")
         except InputError:
-            pass
-        raise
+            raise InputError(str(error)) from None  # without the parser's frames, which a failed test would show
 
 
 def _takes_arrays(found: Subject) -> bool:

@@ -32,6 +32,9 @@ GUARDS = """
     class TestGroup:
         def test_falls(self):
             assert_monotone(np.sin)
+
+    def test_misspelt():
+        assert_in_sector("tanh(sigm)", Sector(0, 1))
 """
 
 
@@ -52,11 +55,11 @@ def run(here):
 def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(here, run):
     write("test_guards", GUARDS)
     result = run("--lure-plots", "plots/of nonlinearities")
-    result.assert_outcomes(passed=3, failed=2)
+    result.assert_outcomes(passed=3, failed=3)
     text = result.stdout.str()
     assert "rest on" not in text
     # the last frame is the user's: nothing of ours is shown but the message
-    assert not re.search(r"lure.analysis.testing.\w+\.py:\d+", text)
+    assert not re.search(r"lure.(analysis.testing|expressions).\w+\.py:\d+", text)
     assert "E       lure.analysis.testing.NonlinearityViolation: <lambda>" not in text
     result.stdout.fnmatch_lines(
         [
@@ -72,7 +75,7 @@ def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(here, 
     assert saved == {"test_guards-test_gain[2].svg", "test_guards-TestGroup-test_falls.svg"}
     assert all("<svg" in path.read_text(encoding="utf-8") for path in here.rglob("*.svg"))
     assert all(
-        len(line) <= 90 for line in text.split("\n") if line.startswith("E  ") and "NonlinearityViolation" not in line
+        len(line) <= 90 for line in text.split("\n") if re.match("E  (?!.*(NonlinearityViolation|InputError))", line)
     )
 
 
