@@ -74,7 +74,7 @@ class AssumptionError(_CodedError):
 
 
 def closest(word: str, known: Iterable[str], *, cutoff: float = 0.5) -> str | None:
-    """The known name that resembles a word, None where none does.
+    """The known name that resembles a word, in capitals or not, None where none does.
 
     Parameters
     ----------
@@ -85,8 +85,9 @@ def closest(word: str, known: Iterable[str], *, cutoff: float = 0.5) -> str | No
     cutoff : float
         How much of a name must be the same, from 0 to 1.
     """
-    near = difflib.get_close_matches(word[:40], tuple(known), n=1, cutoff=cutoff)
-    return near[0] if near else None
+    names = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(word[:40].lower(), names, n=1, cutoff=cutoff)
+    return names[near[0]] if near else None
 
 
 def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:

@@ -137,7 +137,7 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
     except Malformed as refusal:
         if (told := _report(file, data)) is not None:
             return Verified(file=file, result=NO_CERTIFICATE, reason=told)
-        return Verified(file=file, result=NO_CERTIFICATE, reason=f"{_label(file)} is no certificate: {refusal}")
+        return Verified(file=file, result=NO_CERTIFICATE, reason=_NONE.format(_label(file), refusal))
     except Rejected as refusal:
         return Verified(file=file, result=REJECTED, reason=str(refusal))
     except (MemoryError, RecursionError):
@@ -207,6 +207,7 @@ def _label(file: str) -> str:
 
 
 Pair = tuple[str, str]
+_NONE = "{} is no certificate: {}; give a file that lure certify wrote"
 METHODS = ("best", "polynomial", "matrix", "cover", "structure")
 
 

@@ -60,7 +60,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
 from lure.arrays import NDArray, np
 from lure.classes import DELAYS
-from lure.errors import AssumptionError, InputError, Reason
+from lure.errors import AssumptionError, InputError, Reason, did_you_mean
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.delay_matrix import DelayMatrix
 
@@ -165,10 +165,10 @@ def _criteria_for(asked: Problem) -> list[Criterion]:
             kinds |= {_WINDOWS} if ascending or asked.classes.rectified else set()
             found = [x for x in found if x.kind in kinds and not x.row.linear] or found
     if not found:
-        names = ", ".join(name for row in rows for name in (row.name, *row.channels))
+        names = [name for row in rows for name in (row.name, *row.channels)]
         raise InputError(
-            f"the criterion {asked.criterion!r:.40} is not for several nonlinearities in {time_of(asked.plant)} time; "
-            f"choose from {BEST}, {names}"
+            f"the criterion {asked.criterion!r:.40} does not answer this question in {time_of(asked.plant)} time; "
+            f"{did_you_mean(asked.criterion, names, cutoff=0.7)}choose from {BEST}, {', '.join(names)}"
         )
     places = {_PIECES: -1.0 if delayed else 0.7, STORED: 0.5}
     return sorted(found, key=lambda one: (not one.row.linear, places.get(one.kind, one.kind)))

@@ -109,18 +109,18 @@ def nearest_key(key: str, kind: FileKind) -> str | None:
     if last in kind.letters:
         return kind.letters[last]
     if table in kind.tables:
-        inside = _closest(last.lower(), kind.tables[table].model_fields)
+        inside = _closest(last, kind.tables[table].model_fields)
         if inside:
             return f"{table}.{inside}"
     elif not table:
-        first = _closest(last.lower(), [*kind.single, *kind.tables])
+        first = _closest(last, [*kind.single, *kind.tables])
         if first:
             return first
     elsewhere = {candidate.rpartition(".")[2]: candidate for candidate in reversed(kind.keys)}
-    whole = None if last in elsewhere else _closest(key.lower(), kind.keys)
+    whole = None if last in elsewhere else _closest(key, kind.keys)
     if whole:
         return whole
-    end = _closest(last.lower(), elsewhere)
+    end = _closest(last, elsewhere)
     return elsewhere[end] if end else None
 
 

@@ -54,7 +54,7 @@ def kind_of(tables: Tables) -> FileKind:
         if any(table in tables for table in kind.tables):
             return kind
     names = [*(table for kind in known for table in kind.tables), "name", "title"]
-    near = {closest(key.lower(), names, cutoff=0.6) for key in tables} - {None}
+    near = {closest(key, names, cutoff=0.6) for key in tables} - {None}
     return next((kind for kind in reversed(known) if near & set(kind.tables)), known[0])
 
 
@@ -263,6 +263,8 @@ def tables_of(text: str, label: str) -> Tables:
 def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSource:
     label = shown_path(source)
     tables = tables_of(text, label)
+    if not tables:
+        raise InputError(f"{label} is empty; `lure init --loop` writes a loop to start from, `lure init` a rod")
     kind = kind_of(tables)
     called = shown(name)[1:-1] or kind.word
     title = f"the {kind.word} of {label}"
@@ -337,6 +339,9 @@ def _inner(changed: Tables, key: str, last: str, kind: FileKind, where: str) -> 
     table, _, name = key.rpartition(".")
     outer = changed.get(table)
     inner = outer.get(name) if isinstance(outer, dict) else None
+    if isinstance(inner, list | str | int | float):
+        named = f", or name a constant of it in [{table}.parameters]" if f"{table}.parameters" in kind.keys else ""
+        raise InputError(f"{where}: {key} is no table, and {key}.{last} no key; change {key} as a whole{named}")
     if not isinstance(outer, dict) or not isinstance(inner, dict):
         raise InputError(f"{where}: the {kind.word} has no table [{key}]; give it in the file")
     if last not in inner:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from functools import partial
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -251,8 +252,11 @@ def as_nonlinearity(source: object) -> Nonlinearity:
                 f"{type(source).__name__} has a memory: its output depends on the past of sigma, and a sector bounds "
                 "memoryless nonlinearities mu = -phi(sigma); lure.analysis.describing_function(it, amplitude) is a hint"
             )
-    if isinstance(source, int | float | Fraction):
-        raise InputError(f"{source!r:.60} is a number, and no nonlinearity; a class of them is Sector(lower, upper)")
+    if isinstance(source, Real):  # a pair of bounds that was taken for two channels
+        raise InputError(
+            f"{source!r:.60} is a number and no nonlinearity; give the class asked about as Sector(0, 1) or "
+            "SlopeBounds(0, 1), or one nonlinearity such as Saturation()"
+        )
     raise InputError(f"{source!r:.60} has no sector; {_WANTED}")
 
 

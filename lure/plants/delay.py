@@ -220,7 +220,7 @@ def _inner(
     for delay, p in sorted(feedback.items()):
         q = tuple(c / lead for c in p[next((k for k, c in enumerate(p) if c), len(p)) :])
         if delay <= 0:
-            raise InputError(f"DelayPlant has the delay {float(delay):g} s in its denominator; give delays > 0 there")
+            raise InputError(f"the denominator has the dead time {float(delay):g} s; give dead times > 0 there")
         if len(q) > degree + 1:
             raise InputError(
                 f"the denominator has dead time with s^{len(q) - 1} and s^{degree} without: an equation of advanced "

@@ -71,10 +71,10 @@ class RationalPlant(Record):
     ) -> None:
         top, bottom = _coefficients(numerator, "numerator"), _coefficients(denominator, "denominator")
         if not bottom:
-            raise InputError("RationalPlant.denominator is zero; give its coefficients, highest power first")
+            raise InputError("the denominator is zero; give its coefficients, highest power first")
         if len(top) > len(bottom):
             raise InputError(
-                f"RationalPlant is improper: the numerator has degree {len(top) - 1}, the denominator "
+                f"the transfer function is improper: the numerator has degree {len(top) - 1}, the denominator "
                 f"{len(bottom) - 1}; give a denominator of at least the numerator's degree"
             )
         if len(bottom) - 1 > MAX_ORDER:

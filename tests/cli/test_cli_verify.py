@@ -56,6 +56,7 @@ def test_what_is_no_certificate_is_one_sentence_and_status_2(lure, tmp_path, con
     status, out, err = lure("verify", "bad.json")
     assert (status, out) == (2, "")
     assert err.startswith("lure: 'bad.json' is no certificate: ")
+    assert err.endswith("; give a file that lure certify wrote\n")
     assert sentence in err
     assert err.count("\n") == 1
     (answer,) = json.loads(lure("verify", "bad.json", "--json")[1])

@@ -190,8 +190,8 @@ def test_a_law_that_is_not_odd_is_no_member_of_an_odd_class():
         ("[plant]\nnum = [1e99999999999999999999]\nden = [1, 1]", "plant.num[0]"),
         ("[plant]\nnum = ['1 2']\nden = [1, 1]", "plant.num[0] is '1 2'; give one number"),
         ("[plant]\nnum = [[1]]\nden = [1, 1]", "plant.num[0] is [1]; give a number"),
-        ("[plant]\nnum = [1, 1, 1]\nden = [1, 1]", "plant: RationalPlant is improper"),
-        ("[plant]\nnum = [1]\nden = [0]", "plant: RationalPlant.denominator is zero"),
+        ("[plant]\nnum = [1, 1, 1]\nden = [1, 1]", "plant: the transfer function is improper"),
+        ("[plant]\nnum = [1]\nden = [0]", "plant: the denominator is zero"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = -1", "plant.dt is -1; give a positive time"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = 0", "plant.dt is 0; give a positive time, or leave dt out"),
         ("[plant]\nnum = [1]\nden = [1, 1]\ndt = true", "plant.dt is true; give a number"),
@@ -380,3 +380,11 @@ def test_the_library_is_listed_with_distinct_names_and_titles():
     assert tuple(systems) == loop_names()
     assert len({system.title for system in systems.values()}) == len(systems)
     assert all(system.name == name for name, system in systems.items())
+
+
+def test_a_setting_of_one_coefficient_is_told_what_to_change():
+    assert refused(PLANT, "plant.den.1=2") == (
+        "--set: plant.den is no table, and plant.den.1 no key; change plant.den as a whole, "
+        "or name a constant of it in [plant.parameters]"
+    )
+    assert "did you mean performance.Bw?" in refused(PLANT, "performance.Bx=1")

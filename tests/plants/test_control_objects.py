@@ -227,7 +227,7 @@ def test_a_law_of_python_control_is_the_law_it_is():
             r"ExpressionNonlinearity\(",
         ),
         (None, "None has no sector"),
-        (7, r"7 is a number, and no nonlinearity; a class of them is Sector\(lower, upper\)"),
+        (3, r"3 is a number and no nonlinearity; give the class asked about as Sector\(0, 1\)"),
     ],
 )
 def test_a_law_with_a_memory_or_without_a_sector_is_refused(source, message):
