@@ -37,7 +37,7 @@ from lure.errors import InputError
 
 
 def coq_text(shown: Checked) -> str:
-    """A certificate as a Coq file, which ``coqc`` 8.16 or later accepts only if every number in it is right.
+    """A certificate as a Coq file: a theorem about its plant and class, which ``coqc`` 8.16 or later checks.
 
     Parameters
     ----------
