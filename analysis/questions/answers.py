@@ -310,7 +310,7 @@ def answers(
 
     def left() -> float | None:
         """Of the seconds allowed."""
-        return None if seconds is None else max(1e-3, seconds + begun - time.monotonic())
+        return None if seconds is None else max(1e-9, seconds + begun - time.monotonic())
 
     for problem in problems:
         require_range(problem)
