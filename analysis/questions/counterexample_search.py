@@ -17,7 +17,7 @@ from lure.analysis.certificates.systems import class_entry
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.inequality.gains import hurwitz_limit, unstable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.numerics.doubles import double_below
+from lure.analysis.numerics.doubles import double_below, text_above
 from lure.analysis.numerics.precision import ball, outward
 from lure.analysis.questions import families
 from lure.analysis.questions.problem import Problem
@@ -169,7 +169,7 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket, lower: Fraction) -> Witne
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,
-        description=f"a linear gain of about {limit.high:.9g} puts a root on the imaginary axis, so that the loop "
+        description=f"a linear gain of about {text_above(limit.high, 9)} puts a root on the imaginary axis, so that the loop "
         "does not come to rest",
         data={"gain": [limit.low, limit.high], "block": str(plant), "lower": str(lower)},
     )

@@ -82,9 +82,7 @@ class DelayPlant(Record):
         feedback: Mapping[Fraction, tuple[Fraction, ...]] | None = None,
     ) -> None:
         if any(delay < 0 for delay in terms):
-            raise InputError(
-                f"DelayPlant has the delay {float(min(terms)):g} s and is not causal; give exp(-T*s) with T >= 0"
-            )
+            raise InputError(f"the dead time {float(min(terms)):g} s is not causal; give exp(-T*s) with T >= 0")
         blocks = {delay: RationalPlant(top, denominator) for delay, top in sorted(terms.items())}
         kept = tuple((delay, block.numerator) for delay, block in blocks.items() if any(block.numerator))
         if not kept:

@@ -120,8 +120,8 @@ def test_the_file_of_a_loop_reads_back_as_that_loop(kind, tmp_path):
     [
         ({"den": "1 3 2 x"}, "den", "den[3] is 'x'; give a number"),
         ({"num": ""}, "num", "num is empty"),
-        ({"num": "1 2 3", "den": "1 2"}, "den", "den: H is improper"),
-        ({"den": "0"}, "den", "den is zero"),
+        ({"num": "1 2 3", "den": "1 2"}, "den", "the transfer function is improper"),
+        ({"den": "0"}, "den", "the denominator is zero"),
         ({"dt": "-1"}, "dt", "positive period"),
         ({"dt": "a"}, "dt", "give a number"),
         ({"transfer": "1/(s+"}, "transfer", "column 6"),

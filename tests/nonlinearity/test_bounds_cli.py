@@ -86,7 +86,7 @@ def test_json_has_stdout_for_itself(lure):
         (("--expr", "x", "--on", "1", "zz"), "--on has 'zz'"),
         (("--expr", "x", "--on", "1", "1e999"), "--on has '1e999'"),
         (("--expr", "x", "--on", "1", "0"), "give low < high"),
-        (("--expr", "x", "--within", "2", "1"), "needs lower < upper"),
+        (("--expr", "x", "--within", "2", "1"), "--within is 2 1; the first number must be smaller"),
         (("--expr", "x", "--plot", "a.bmp"), "ends in .svg or .png"),
         (("--expr", "x", "--plot", "no/a.svg"), "no directory"),
     ],

@@ -124,7 +124,7 @@ def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("exp(s)/(s + 1)", r"the delay -1 s and is not causal; give exp\(-T\*s\) with T >= 0"),
+        ("exp(s)/(s + 1)", r"the dead time -1 s is not causal; give exp\(-T\*s\) with T >= 0"),
         ("exp(-s*s)", r"exp\(-T\*s\)"),
         ("1/(s*exp(-s) + 1)", "advanced type"),
         ("1/(s*s*exp(-s) + s)", "advanced type"),

@@ -425,14 +425,18 @@ def test_what_passed_says_to_within_what():
 
 @pytest.mark.parametrize("text", ["1/sigma", "sigma*sqrt(sigma**2 - 1)/sqrt(sigma**2 - 1)"])
 def test_an_odd_form_without_values_is_not_certified(text):
-    with pytest.raises(NonlinearityViolation, match="a nonlinearity has a finite real value everywhere"):
+    with pytest.raises(
+        NonlinearityViolation, match="a nonlinearity is a function of one number with a finite real value everywhere"
+    ):
         assert_odd(text)
     assert assert_odd("sigma/(sigma**2 - 4)", on=(-1, 1)).evidence is Evidence.CERTIFIED
 
 
 def test_a_law_that_hides_nan_from_its_bounds_does_not_pass():
     # nan for sigma < 0, which an interval for sign(...) of [-1, 1] would hide
-    with pytest.raises(NonlinearityViolation, match="a nonlinearity has a finite real value everywhere"):
+    with pytest.raises(
+        NonlinearityViolation, match="a nonlinearity is a function of one number with a finite real value everywhere"
+    ):
         assert_in_sector("sigma*sign(sqrt(sigma))**2", Sector(-3, 3))
 
 
