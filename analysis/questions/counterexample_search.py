@@ -169,8 +169,8 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket, lower: Fraction) -> Witne
         evidence=Evidence.CERTIFIED,
         slope_restricted=True,
         odd=True,
-        description=f"a linear gain of about {text_above(limit.high, 9)} puts a root on the imaginary axis, so that the "
-        "loop does not come to rest",
+        description=f"a linear gain of about {text_above(limit.high, 9)} puts a root on the imaginary axis, so that "
+        "the loop does not come to rest",
         data={"gain": [limit.low, limit.high], "block": str(plant), "lower": str(lower)},
     )
 
