@@ -585,7 +585,7 @@ def test_multipliers_by_pieces_are_for_gains_that_are_constant_alone():
             [NonlinearityClass(sector=Sector(-1, 1), time_varying=True)] * 2,
             234.28,
             5.65,
-            234,
+            234.2,  # the search ends at 234.026 or a little below, as the rounding of the machine has it
         ),
         ([[f"-{RINGS}", "1"]] * 2, [NonlinearityClass.constant_gain(-1, 1)], math.inf, 11.0982, 11.2),
         ([[TURN, TURN], ["-1", "0"]], [NonlinearityClass.slope_restricted(0, 1)], 0.5175, 0.5174, 0.5175),
