@@ -204,6 +204,39 @@ def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discret
     return Ellipsoid(P, 1 / width**2, np.zeros((len(local), len(A))))
 
 
+def unsaturated_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
+    """An invariant ellipsoid on which nothing saturates, ``h = w C``: where sets grow for ever, or no solver ends.
+
+    There ``psi (w sigma - psi - h x) = -psi^2``, and a weight of ``|PB|^2`` suffices beside ``A'P + PA = -1``, in
+    discrete time one of ``|B'PB| + |A'PB|^2`` beside ``A'PA - P = -1``; each is taken twice.
+
+    Parameters
+    ----------
+    plant : sequence of ndarray
+        ``A``, ``B``, ``C`` and ``D``.
+    local : sequence of Local
+        What is used of each nonlinearity.
+    discrete : bool
+        Whether time is discrete.
+
+    Returns
+    -------
+    Ellipsoid or None
+        None of sectors, of plants with ``D``, and where the loop is not stable without its limits.
+    """
+    begun = linear_ellipsoid(plant, local, discrete=discrete)
+    if begun is None or plant[3].any() or any(one.limit is None for one in local):
+        return None
+    upper, wide = np.array([[one.upper, one.upper - one.lower] for one in local]).T
+    A, B, C, _ = shifted(plant, upper)
+    P = begun.P
+    fall = P - A.T @ P @ A if discrete else -(A.T @ P + P @ A)
+    cross = A.T @ P @ B if discrete else P @ B
+    least = float(np.linalg.norm(cross, 2)) ** 2 / float(np.linalg.eigvalsh(fall)[0])
+    weight = 2 * (least + (float(np.linalg.norm(B.T @ P @ B, 2)) if discrete else 0.0))
+    return Ellipsoid(P, np.full(len(local), max(weight, 1e-300)), wide[:, None] * C)
+
+
 def _solved(
     plant: Sequence[Matrix],
     local: Sequence[Local],

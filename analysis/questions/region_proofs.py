@@ -21,6 +21,7 @@ from lure.analysis.inequality.ellipsoids import (
     growing,
     linear_ellipsoid,
     shifted,
+    unsaturated_ellipsoid,
 )
 from lure.analysis.inequality.level_sets import level_set
 from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
@@ -107,7 +108,7 @@ def proved_on(
     points : ndarray, Disturbance or None
         (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     """
-    for margin in MARGINS:
+    for margin in (*MARGINS, None):
         for shrunk in (Fraction(1), Fraction(999, 1000)):
             checkpoint()
             draft = _draft(plant, shapes, [None if c is None else c * shrunk for c in states], points, margin)
@@ -351,13 +352,18 @@ def _draft(
     shapes: Sequence[Shape],
     reaches: Sequence[Fraction | None],
     points: Goal,
-    margin: float,
+    margin: float | None,
 ) -> dict[str, Any] | None:
+    """What has to be checked; without a margin of the set on which nothing saturates."""
     used = _local(plant, shapes, reaches, exactly=True)
     if used is None:
         return None
     local, sectors, reaches = used
-    found = _found(plant.doubles(), used, points, discrete=plant.dt is not None, margin=margin)
+    sides, discrete = plant.doubles(), plant.dt is not None
+    if margin is not None:
+        found = _found(sides, used, points, discrete=discrete, margin=margin)
+    else:
+        found = None if isinstance(points, Disturbance) else unsaturated_ellipsoid(sides, local, discrete=discrete)
     if found is None or not all(np.isfinite(part).all() for part in found):
         return None
     if np.linalg.cond(found.P) > _FLAT:  # longer and longer sets are invariant
@@ -375,7 +381,7 @@ def _draft(
             terms.append({**weight, "row": _row(found.rows[i], found.P, one)})
     moved: dict[str, Any] = {}
     if isinstance(points, Disturbance):
-        energy = str(_short(found.energy / grown * (1 - margin)))
+        energy = str(_short(found.energy / grown * (1 - (margin or 0.0))))
         into, seen = ([[str(v) for v in row] for row in side] for side in points.exact)
         moved = {"Bw": into, "energy": energy} | ({"Dsigmaw": seen} if points.D.any() else {})
     entries = [

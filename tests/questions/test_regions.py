@@ -285,6 +285,17 @@ def test_a_loop_with_little_damping_near_0_has_a_set_too():
     assert accepted(found.sets[0].proof.certificate) == (True, True)
 
 
+# z = x1 + x2 has z' = z - sat(2 z), z+ = 1.2 z - sat(.4 z): |z| < 1, |z| < 5 is attracted; x1 - x2 decays: no end.
+@pytest.mark.parametrize(("row", "k", "dt", "most"), [(["0", "1"], 2, None, 1), (["0.85", "0.35"], "0.4", 1, 25)])
+def test_where_sets_grow_for_ever_some_are_proved(row, k, dt, most):
+    found = region(as_plant(([row, row[::-1]], [0, 1], [k, k], 0), **({"dt": dt} if dt else {})), Saturation())
+    for one in found.sets:
+        (a, b), (_, d) = matrix_of(one.proof.certificate)
+        assert (a - 2 * b + d) / (a * d - b * b) < most  # the largest z^2
+        assert recheck(one.proof.certificate).accepted
+    assert found.verdict is Verdict.PROVED
+
+
 def test_a_dead_zone_that_does_not_hold_an_unstable_plant():
     # x' = x - dz(x): near 0 x' = x grows; there is no set
     assert region(([1], [1, -1]), DeadZone(width=1, gain=3)).sets == ()
@@ -577,7 +588,7 @@ def test_a_panic_of_the_solver_ends_the_search_and_no_more(monkeypatch):
             raise PanicException("Eigval error")
 
     monkeypatch.setattr("clarabel.DefaultSolver", Solver)
-    found = region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0)), Saturation())
+    found = region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0)), "tanh(sigma)")
     assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "no invariant ellipsoid was found")
 
 

@@ -272,4 +272,4 @@ def test_a_linear_gain_is_named_by_where_a_root_was_found():
     (one,) = linear_witnesses(
         Problem.largest(DelayPlant.parse("exp(-s)/(s+1)"), "sector", lower=F(0)), Bracket(0, 2.2618263341)
     )
-    assert one.description.startswith("a linear gain of about 2.26182633 puts")
+    assert one.description.startswith("a linear gain of about 2.26182634 puts")
