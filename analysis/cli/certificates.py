@@ -135,9 +135,8 @@ def verified(file: str, *, second: bool, seconds: float | None) -> Verified:
     try:
         shown = check(data) if seconds is None else check(data, seconds=seconds)
     except Malformed as refusal:
-        if (told := _report(file, data)) is not None:
-            return Verified(file=file, result=NO_CERTIFICATE, reason=told)
-        return Verified(file=file, result=NO_CERTIFICATE, reason=_NONE.format(_label(file), refusal))
+        told = f"{_label(file)} is no certificate: {refusal}; give a file that lure certify wrote"
+        return Verified(file=file, result=NO_CERTIFICATE, reason=_report(file, data) or told)
     except Rejected as refusal:
         return Verified(file=file, result=REJECTED, reason=str(refusal))
     except (MemoryError, RecursionError):
@@ -207,7 +206,6 @@ def _label(file: str) -> str:
 
 
 Pair = tuple[str, str]
-_NONE = "{} is no certificate: {}; give a file that lure certify wrote"
 METHODS = ("best", "polynomial", "matrix", "cover", "structure")
 
 

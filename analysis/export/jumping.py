@@ -36,13 +36,19 @@ MOST_ORDER, MOST_STAYS, MOST_STEPS, MOST_WORK = 6, 24, 400, 6 * 10**8
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stay:
-    """Of one stay ``d``, the rows of ``d x'``, the step ``h = d p/q``, and the forms at the beginning of each step."""
+class Steps:
+    """A linear flow in steps: ``d``, the rows of ``d x'``, and the step ``h = d p/q``."""
 
     d: int
     rows: Rows
     p: int
     q: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stay(Steps):
+    """One stay, with the forms at the beginning of each step."""
+
     Q: list[Rows]
 
 

@@ -20,6 +20,7 @@ from lure.analysis.certificates.blocks import coefficients
 from lure.analysis.certificates.states import classes, piecewise
 from lure.analysis.counterexamples.linear import balls
 from lure.analysis.export.gained import Rows, whole_rows
+from lure.analysis.export.jumping import Steps
 from lure.analysis.export.orbits import Graph
 from lure.analysis.export.quadratic import Matrix, Vector
 from lure.analysis.export.words import combined, folded, integers, number, reals, refused, whole_file
@@ -44,13 +45,9 @@ BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = 56, 16, 1024, 80, 2 * 10**9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stay:
-    """Of one stay ``d``, the rows of ``d x'``, the step ``d p/q``, how many, forms that are 0 first or stay >= 0."""
+class Stay(Steps):
+    """One stay: how many steps, where it starts, a form that is 0 there, and forms that stay >= 0."""
 
-    d: int
-    rows: Rows
-    p: int
-    q: int
     steps: int
     start: list[int]
     entry: list[int]
@@ -61,8 +58,8 @@ def _dot(u: Sequence[int], v: Sequence[int]) -> int:
     return sum(a * x for a, x in zip(u, v, strict=False))
 
 
-def _times(u: Sequence[int], rows: Sequence[Sequence[int]]) -> list[int]:
-    """``u . rows``."""
+def _combine_forms(u: Sequence[int], rows: Sequence[Sequence[int]]) -> list[int]:
+    """``combine_forms`` of the Coq file: ``u . rows``."""
     return [sum(a * row[j] for a, row in zip(u, rows, strict=False)) for j in range(len(rows[0]))]
 
 
@@ -165,9 +162,9 @@ class _Numbers:
         s, n, N = self.stays[i], self.n, self.n + 1
         own, mu, place = self.Y[i * N : i * N + N], self.mus[i * N + k], i * N + k
         if k == n:
-            row, rest = _times([self.S * v for v in s.entry[:n]], own), 0
+            row, rest = _combine_forms([self.S * v for v in s.entry[:n]], own), 0
         else:
-            row = _times([*(c[k] for c in cols), s.p * _dot(s.rows[k], w) // s.q], own)
+            row = _combine_forms([*(c[k] for c in cols), s.p * _dot(s.rows[k], w) // s.q], own)
             after = self.Y[(i + 1) % len(self.stays) * N + k]
             row = [a - self.S * b for a, b in zip(row, after, strict=True)]
             more = self.divisor * self.reach // self.S + 1
@@ -180,7 +177,7 @@ class _Numbers:
         """``keeps``."""
         s, after = self.stays[i], self.stays[(i + 1) % len(self.stays)].entry
         known, ends = (g in (e, [-v for v in e]) for e in (s.entry, after))
-        up, error, falls = _times(g, s.rows), self.reach, False
+        up, error, falls = _combine_forms(g, s.rows), self.reach, False
         for terms in trace:
             bounds = self.worse(error)
             if not falls and (self.steady(g, bounds, terms) or (known and self.steady(up, bounds, terms))):
@@ -336,6 +333,7 @@ class _Orbit:
         )
 
         def between(a: Fraction, b: Fraction) -> str:
+            """That ``s`` lies there."""
             return f"{number(a)} <= s <= {number(b)}"
 
         for i, ((x, y), (u, v)) in enumerate(pairwise(graph.points)):

@@ -232,7 +232,10 @@ def unsaturated_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, di
     P = begun.P
     fall = P - A.T @ P @ A if discrete else -(A.T @ P + P @ A)
     cross = A.T @ P @ B if discrete else P @ B
-    least = float(np.linalg.norm(cross, 2)) ** 2 / float(np.linalg.eigvalsh(fall)[0])
+    falls = float(np.linalg.eigvalsh(fall)[0])
+    if not falls > 0:
+        return None  # lost in rounding
+    least = float(np.linalg.norm(cross, 2)) ** 2 / falls
     weight = 2 * (least + (float(np.linalg.norm(B.T @ P @ B, 2)) if discrete else 0.0))
     return Ellipsoid(P, np.full(len(local), max(weight, 1e-300)), wide[:, None] * C)
 
