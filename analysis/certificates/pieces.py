@@ -9,12 +9,12 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
-from math import factorial
+from math import ceil, factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
 from .arithmetic import ZERO, Critical, need
-from .balls import Lift, above, box, dot, outward, right_zeros, tail, turning
+from .balls import WORD, Lift, above, box, dot, outward, right_zeros, tail, turning
 from .frequencies import chained, quotient, shifted, signed, transfer
 
 TAYLOR = 12  # of the exponentials on a piece
@@ -275,8 +275,28 @@ def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) ->
 
 def _far_out(axis: Axis, piece: Any, a: Fraction) -> bool:
     """Whether ``F > 0`` from ``a`` up to infinity, what comes late having any phase in each entry of ``N``, ``d``."""
-    close = axis.over(partial(outward, start=a, degree=axis.order, pace=axis.pace or ZERO))
-    return all(map(above, minors(close, piece, Lift(ZERO, 1 / a))))
+    near = partial(outward, start=a, degree=axis.order, pace=axis.pace or ZERO)
+    return all(map(above, minors(axis.over(near), piece, Lift(ZERO, 1 / a)))) or _in_discs(axis, piece, a, near)
+
+
+def _in_discs(axis: Axis, piece: Any, a: Fraction, near: Any) -> bool:
+    """The same of one channel, ``Re(z + g/d) > 0`` with ``g = (z w + theta s) N``, ``d`` and ``g`` being in discs.
+
+    With the middles ``d_0``, ``g_0``, the radii ``r``, ``q`` and ``P = |d_0|^2 - r^2 > 0``, ``1/d`` is in the disc
+    about ``d_0^*/P`` of the radius ``r/P``, and ``P Re(g/d) >= Re g_0 d_0^* - |g_0| r - q |d_0| - q r``.
+    """
+    (one, *others), (x, y) = axis.members, piece[0]
+    if others or one.low or one.kind not in ("", "scaled"):
+        return False
+    z, y = one.weight + x, y * one.width
+    turn = exact.Form({(ZERO, 0): (z * one.width, y)}) + exact.S * exact.real(one.theta)
+    d, g = near(axis.d), near(turn * axis.bare[0][0])
+    lost = g.most() * d.off + g.off * d.most() + g.off * d.off
+    middle, own = d._replace(off=0), d.off**2
+    square = middle * middle.conjugate()
+    whole = square * Lift(ZERO, 1 / a)(exact.real(z)) + g._replace(off=0) * middle.conjugate()
+    lost += ceil(max(z, ZERO) * own)
+    return all(above(p._replace(off=p.off + (less >> WORD) + 1)) for p, less in ((square, own), (whole, lost)))
 
 
 def _beyond(axis: Axis, piece: Any, a: Fraction, halvings: int) -> str:

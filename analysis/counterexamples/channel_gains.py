@@ -289,6 +289,7 @@ class GainSearch(GainsAround):
 # is proposed, and checked.
 
 _GRID, _MOST_PATTERNS, _RANDOM, _TIMES_FINER, _NEWTONS = 900, 64, 16, 2, 60
+_A_TURN, _MOST_GRID = 10, 9000  # frequencies for each turn of the longest dead time
 _WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
 _LARGEST, _EXACT, _CLOSE, _REAL = 1e6, 1e-15, 1e-6, 1e-4
 
@@ -311,15 +312,17 @@ class LateGains:
     blocks: Sequence[Sequence[int]] = quantity("The channels that have one gain")
     signed: Sequence[bool] = quantity("For each block whether its gains may be negative too, as those of operators")
     poles: NDArray[np.complex128] = quantity("Of the plant", "1/s")
-    delay: float = quantity("The longest dead time", "s")
+    delays: tuple[float, float] = quantity("The shortest dead time and the longest", "s")
     base: NDArray[np.float64] = quantity(
         "Gains of the class with which the loop is stable, but for poles at 0; others are added to these.  Channels "
         "in no block have the gain 1"
     )
 
     def __post_init__(self) -> None:
-        end = 10 * max(np.abs(self.poles).max(), 2 * math.pi / self.delay)
-        self.omega = np.union1d(np.geomspace(end * 1e-6, end, _GRID // 3), np.linspace(end / _GRID, end, _GRID))
+        (shortest, longest), fastest = self.delays, np.abs(self.poles).max()
+        end, turns = 10 * max(fastest, 2 * math.pi / shortest), _A_TURN * longest / (2 * math.pi)
+        count, begin = math.ceil(min(max(_GRID, turns * end), _MOST_GRID)), 1e-5 * max(fastest, 2 * math.pi / longest)
+        self.omega = np.union1d(np.geomspace(begin, end, _GRID // 3), np.linspace(end / count, end, count))
         self.critical = not self.base.any() and np.abs(self.poles).min() == 0
         near = self.omega[0] * _CLOSE
         self.H = self._response(1j * np.append(near, self.omega))

@@ -404,6 +404,8 @@ class Piecewise:
             if made == math.inf:
                 return None
             if isinstance(made, float):
+                if made in self.points:
+                    return None
                 self.points = np.union1d(self.points, [made])
                 continue
             ends, rows = made
@@ -415,39 +417,53 @@ class Piecewise:
         self, numbers: NDArray[np.float64], axis: Axis | None
     ) -> tuple[list[Fraction], list[list[list[str] | None]]] | float:
         """Ends and functions of pieces that all pass; or a frequency where none did, infinite if there are too many."""
-        far = Fraction(f"{self.points[-1 if self.late else -2]:.6g}") if not self.discrete else HALF_TURN
-        ends, rows = list[Fraction](), list[list[list[str] | None]]()
-        while self.late and far * Fraction(self.late[-1][0]) > _LONG:  # a piece has few radians of a dead time
-            checkpoint()
-            if self._constant(numbers, axis, far / 2, None) is None:
-                break
-            far /= 2
+        far, ends, rows = HALF_TURN, list[Fraction](), list[list[list[str] | None]]()
+        last, doublings = None, 0
+        if not self.discrete:
+            far = Fraction(f"{self.points[-1 if self.late else -2]:.6g}")
+            settled = self._settled(numbers, axis, far)
+            if settled is None:
+                return float(far) * (1 if self.rates else 2)
+            far, doublings, last = settled
         low = far / 2**6
-        stack = [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
-        doublings = _FEW if self.rates else _DOUBLINGS  # in neutral equations F does not settle
-        for doubling in range(doublings if self.late else 1):
-            while stack:
-                checkpoint()
-                a, b = stack.pop()
-                if len(ends) == _MOST_PIECES:
-                    return math.inf
-                row = self._constant(numbers, axis, a, b)
-                if row is not None:
-                    ends.append(b)
-                    rows.append(row)
-                    continue
-                middle = (a + b) / 2
-                if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
-                    return self._worst(numbers, float(middle))
-                stack += [(middle, b), (a, middle)]
-            row = None if self.discrete else self._constant(numbers, axis, far * 2**doubling, None)
+        stack = [(far * 2**k, far * 2 ** (k + 1)) for k in reversed(range(doublings))]
+        stack += [(low * 2**k, low * 2 ** (k + 1)) for k in reversed(range(6))] + [(Fraction(0), low)]
+        while stack:
+            checkpoint()
+            a, b = stack.pop()
+            if len(ends) == _MOST_PIECES:
+                return math.inf
+            row = self._constant(numbers, axis, a, b)
             if row is not None:
+                ends.append(b)
                 rows.append(row)
+                continue
+            middle = (a + b) / 2
+            if b - a < far / 2 ** (_DEEPEST if axis else _DEEP):
+                return self._worst(numbers, float(middle))
+            stack += [(middle, b), (a, middle)]
+        return ends, rows if last is None else [*rows, last]
+
+    def _settled(
+        self, numbers: NDArray[np.float64], axis: Axis | None, far: Fraction
+    ) -> tuple[Fraction, int, list[list[str] | None]] | None:
+        """The functions that serve from a frequency to infinity, how often it is to be doubled; None if there are none.
+
+        Beside dead times it may be halved, too: a piece has few radians of one.
+        """
+        last, doublings = self._constant(numbers, axis, far, None), 0
+        most = (_FEW if self.rates else _DOUBLINGS) if self.late else 1  # in neutral equations F does not settle
+        while last is None and doublings + 1 < most:
+            checkpoint()
+            doublings += 1
+            last = self._constant(numbers, axis, far * 2**doublings, None)
+        while not doublings and self.late and far * Fraction(self.late[-1][0]) > _LONG:
+            checkpoint()
+            nearer = self._constant(numbers, axis, far / 2, None)
+            if nearer is None:
                 break
-            stack = [(far * 2**doubling, far * 2 ** (doubling + 1))]
-        if len(rows) == len(ends) and not self.discrete:
-            return float(far) * (1 if self.rates else 2)
-        return ends, rows
+            far, last = far / 2, nearer
+        return None if last is None else (far, doublings, last)
 
     def _constant(
         self, numbers: NDArray[np.float64], axis: Axis | None, a: Fraction, b: Fraction | None

@@ -20,7 +20,8 @@ from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
 _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
-_NEUTRAL_BACK = (0.0, 0.0, 3e-3, 0.1, 0.3, 0.3, 0.5, 0.9)  # where what comes late is to be less than what does not
+# Where what comes late is to be less than what does not.
+_NEUTRAL_BACK = (0.0, 0.0, 3e-3, 0.01, 0.03, 0.1, 0.1, 0.1, 0.1, 0.3, 0.5, 0.9)
 
 
 def _require_covered(plant: Plant, known: Channels) -> None:

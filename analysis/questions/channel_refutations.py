@@ -109,6 +109,7 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     assert isinstance(plant, DelayMatrix), "asked of such plants"
     opened = plant.opened() if plant.inner else plant
     more = np.zeros(opened.outputs - plant.outputs)
+    waits = [float(wait) for wait, _ in plant.late]
     poles = np.linalg.eigvals(plant.base.doubles()[0]).astype(complex)
     lower, upper = (np.array([float(v) for v in side]) for side in (classes.lower, classes.upper))
     late = [one.operator in DELAYS for one in classes.classes]  # of which the gain 1 is one
@@ -140,7 +141,7 @@ def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refut
     upper = np.where(base < 0, lower, upper)
     for ends, signs in ((below, [False] * len(signed)), (upper, signed)):
         whole, closed = np.append(ends, more), np.append(base, more + 1)
-        search = LateGains(opened.transfer, whole, classes.blocks, signs, poles, float(plant.late[-1][0]), closed)
+        search = LateGains(opened.transfer, whole, classes.blocks, signs, poles, (min(waits), max(waits)), closed)
         found, always = search.best() if ends.any() else None, ends is not upper  # below 0: in the classes of all
         for factor, proof in search.proofs(found, len(base)) if found is not None else ():
             alpha = Fraction(double_above(Fraction(factor))) if math.isinf(most) else Fraction(most)

@@ -12,11 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sharpness import CLOSE, assert_sharp
 
-from lure.analysis.certificates.arithmetic import Form, Rejected
+from lure.analysis.certificates.arithmetic import Form, Rejected, S, real
 from lure.analysis.certificates.balls import WORD, Lift, Model, above, box, tail, turning
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from lure.analysis.certificates.drafts import completed
+from lure.analysis.certificates.pieces import Axis, Member, on_piece
 from lure.analysis.certificates.proposals import certified
 from lure.analysis.rod.certificates import circle_bound, popov_theta
 from lure.analysis.rod.theory import RodTheory
@@ -95,6 +96,35 @@ def test_late_parts_that_do_not_decay_count_with_their_phases(k, start, holds):
     F[Fraction(1, 3), 1] = (Fraction(1, 3), Fraction(0))
     assert turning(F, Fraction(start), 2) is holds
     assert not tail(F, Fraction(10**6), 2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "piece", "theta", "late", "most"),
+    [
+        # H = (s/2) exp(-s/100)/(s (1 + exp(-3 s)/5) + 1): at infinity |H| <= (1/2)/(4/5) = 5/8, with all phases
+        ("", (0, 0), 0, (Fraction(1, 2), 1), Fraction(8, 5)),
+        # Re (x + i y)(1 + w H) with 3/5 + 4i/5, of modulus at most 7/5
+        ("scaled", (Fraction(3, 5), Fraction(4, 5)), 0, (Fraction(1, 2), 1), Fraction(24, 35)),
+        # 1 + (w + theta s) H with H = exp(-s/100)/(s + ..), theta = 799/1000: s H alone has 5/4 of it at infinity
+        ("", (0, 0), Fraction(799, 1000), (1, 0), Fraction(10)),
+        ("", (0, 0), Fraction(801, 1000), (1, 0), Fraction(0)),
+    ],
+)
+def test_far_out_the_quotient_of_what_comes_late_is_in_a_disc(kind, piece, theta, late, most):
+    d = real(1) + S + Form({(Fraction(3), 0): (Fraction(1, 5), Fraction(0))}) * S
+    size, power = late
+    N = Form({(Fraction(1, 100), 0): (Fraction(size), Fraction(0))}) * (S if power else real(1))
+
+    def shown(width, start=Fraction(10**7), d=d):
+        member = Member(kind, Fraction(width), Fraction(not kind), Fraction(theta), Fraction(0))
+        axis = Axis(d, [[N]], d, [[N]], [], 1, [member], True, None).over(lambda form: form)
+        return on_piece(axis, [[*map(Fraction, piece)]], start, None) == ""
+
+    if most:
+        assert shown(most * Fraction(999, 1000))
+        assert not shown(most * Fraction(999, 1000), start=Fraction(1))
+    assert not shown(max(most, 1) * Fraction(1001, 1000)) or most == 10  # there theta decides
+    assert not shown(Fraction(1, 100), d=d + Form({(Fraction(3), 0): (Fraction(9, 10), Fraction(0))}) * S)
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

@@ -1,5 +1,6 @@
-"""Gains that destabilise in discrete time: switched and linear ones, and the order in which all are sought."""
+"""Gains that destabilise: switched and linear ones in discrete time, their order; beside dead times the crossing."""
 
+import math
 from fractions import Fraction as F
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plants import CIRCLE, DISCRETE
+from scipy import optimize
 
+from lure.analysis.counterexamples.channel_gains import LateGains
 from lure.analysis.counterexamples.linear import linear_witness, refutes_lower
 from lure.analysis.counterexamples.orbit import verify_periodic_discrete
 from lure.analysis.counterexamples.periodic_discrete import periodic_witness_discrete, sector_witness_discrete
@@ -178,3 +181,13 @@ def test_the_search_ends_where_the_reach_rises_ever_more_slowly():
     assert 0.9504 < witness.k < 2.8
     assert "times k" in witness.description
     assert verify_switched_discrete(plant, witness.data)
+
+
+def test_a_crossing_of_the_shortest_dead_time_is_found_beside_a_long_one():
+    # w/1000 + arctan(w) = pi at w = 1571.432.., and k = sqrt(1 + w^2); what comes 7 s late takes one part in 10^6 of it
+    def transfer(s):
+        return ((np.exp(-s / 1000) + 1e-6 * np.exp(-7 * s)) / (s + 1))[:, None, None]
+
+    end = optimize.brentq(lambda w: w / 1000 + math.atan(w) - math.pi, 1000, 2000)
+    search = LateGains(transfer, np.ones(1), [[0]], [False], np.array([-1.0 + 0j]), (1e-3, 7.0), np.zeros(1))
+    assert search.best().factor == pytest.approx(math.hypot(1, end), rel=1e-5)
