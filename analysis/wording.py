@@ -197,11 +197,6 @@ def _short(found: re.Match[str]) -> str:
 def loop_words(certificate: Mapping[str, Any]) -> str:
     """The loop that a certificate is about: sign convention, plant and given phi, exactly, long parts cut off.
 
-    Parameters
-    ----------
-    certificate : Mapping
-        The certificate.
-
     Examples
     --------
     >>> system = {"kind": "transfer", "time": "continuous", "numerator": ["1"], "denominator": ["1", "1/3"]}
@@ -421,11 +416,6 @@ def constant_gains(gains: Sequence[str]) -> str:
 def linear_gain(gain: Fraction) -> str:
     """A constant gain in words: exactly where that is short, else about; rounded it may behave otherwise.
 
-    Parameters
-    ----------
-    gain : Fraction
-        The gain.
-
     Examples
     --------
     >>> linear_gain(Fraction(1)), linear_gain(Fraction(5, 2)), linear_gain(Fraction(10**9 + 1, 10**9))
@@ -526,13 +516,7 @@ def proviso(shown: Proved) -> str:
 
 
 def direct_term(system: Mapping[str, Any]) -> Fraction:
-    """``H(inf)`` of the system of a certificate.
-
-    Parameters
-    ----------
-    system : Mapping
-        ``system`` of a certificate.
-    """
+    """``H(inf)`` of the system of a certificate."""
     if system["kind"] == "state-space":
         return Fraction(system["d"])
     if system["kind"] != "transfer" or len(system["numerator"]) < len(system["denominator"]):

@@ -16,24 +16,12 @@ _A_BOUND = "an int, a float, a Fraction or math.inf"
 
 
 def lower_text(value: float | Fraction) -> str:
-    """A lower bound as text, rounded up where it is long.
-
-    Parameters
-    ----------
-    value : int, float or Fraction
-        The bound.
-    """
+    """A lower bound as text, rounded up where it is long."""
     return _bound(value, "above")
 
 
 def upper_text(value: float | Fraction) -> str:
-    """An upper bound as text, rounded down where it is long.
-
-    Parameters
-    ----------
-    value : int, float or Fraction
-        The bound.
-    """
+    """An upper bound as text, rounded down where it is long."""
     return _bound(value, "below")
 
 

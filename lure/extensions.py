@@ -28,26 +28,12 @@ def extend(task: str, places: Mapping[str, str]) -> None:
 
 
 def extensions(task: str) -> list[Any]:
-    """What is registered for a task, of every type, in the order of registration.
-
-    Parameters
-    ----------
-    task : str
-        The task.
-    """
+    """What is registered for a task, of every type, in the order of registration."""
     return [_found(place) for place in dict.fromkeys(SERVED.get(task, {}).values())]
 
 
 def extension(task: str, served: object) -> Callable[..., Any] | None:
-    """What does a task for an object: that of its type or of the nearest base; None where there is none.
-
-    Parameters
-    ----------
-    task : str
-        The task.
-    served : object
-        The object.
-    """
+    """What does a task for an object: that of its type or of the nearest base; None where there is none."""
     places = SERVED.get(task, {})
     for kind in type(served).__mro__:
         place = places.get(f"{kind.__module__}:{kind.__qualname__}")

@@ -154,11 +154,6 @@ def _over_the_square(F: fmpq_poly) -> dict[str, Any]:
 def completed(draft: Mapping[str, Any]) -> dict[str, Any]:
     """The certificate of a draft; see :func:`complete_and_check`.
 
-    Parameters
-    ----------
-    draft : Mapping
-        The draft.
-
     Raises
     ------
     ValueError

@@ -142,13 +142,7 @@ def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool 
 
 
 def solutions_of(inequality: Inequality) -> Iterator[Rounded]:
-    """Candidates with all the room there is, then those with hardly any.
-
-    Parameters
-    ----------
-    inequality : Inequality
-        The inequality.
-    """
+    """Candidates with all the room there is, then those with hardly any."""
     with suppress(AssumptionError):
         yield from solutions(inequality)
     yield from close_solutions(inequality)
@@ -204,13 +198,7 @@ def _discrete(
 
 
 def zero_of(claim: Claim) -> dict[str, Any] | None:
-    """The zero eigenvalue in the words of a certificate, None if there is none or time is discrete.
-
-    Parameters
-    ----------
-    claim : Claim
-        The claim.
-    """
+    """The zero eigenvalue in the words of a certificate, None if there is none or time is discrete."""
     n = len(claim.b)
     if claim.discrete or _regular(claim.A):
         return None

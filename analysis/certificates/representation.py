@@ -53,13 +53,7 @@ def shown_page(shown: Checked, assumed: tuple[str, ...] | None = None) -> Page:
 
 
 def failure_dict(failure: Failure) -> dict[str, Any]:
-    """A search that showed nothing, as plain JSON data.
-
-    Parameters
-    ----------
-    failure : Failure
-        The failure.
-    """
+    """A search that showed nothing, as plain JSON data."""
     return {
         "search": failure.search,
         "code": failure.code.identifier,

@@ -55,13 +55,7 @@ class Lyapunov:
 
 
 def doubles(M: arb_mat) -> Reals:
-    """The midpoints of a matrix of balls, rounded.
-
-    Parameters
-    ----------
-    M : arb_mat
-        The matrix.
-    """
+    """The midpoints of a matrix of balls, rounded."""
     return np.array([[float(v) for v in row] for row in M.tolist()])
 
 
@@ -199,11 +193,6 @@ class Scaled:
 def solutions(inequality: Inequality) -> Iterator[Rounded]:
     r"""Candidates for ``P``, rounded, the shortest first; none of them is proved to be a solution.
 
-    Parameters
-    ----------
-    inequality : Inequality
-        The inequality.
-
     Yields
     ------
     Rounded
@@ -255,11 +244,6 @@ def solutions(inequality: Inequality) -> Iterator[Rounded]:
 
 def close_solutions(inequality: Inequality) -> Iterator[Rounded]:
     """Candidates for ``P`` where the frequency inequality leaves less room than doubles can tell.
-
-    Parameters
-    ----------
-    inequality : Inequality
-        The inequality.
 
     Yields
     ------

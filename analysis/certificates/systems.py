@@ -247,11 +247,5 @@ def text(value: Fraction | float) -> str:
 
 
 def texts(values: Iterable[Fraction | float]) -> list[str]:
-    """Each number as text.
-
-    Parameters
-    ----------
-    values : iterable of Fraction or float
-        The numbers.
-    """
+    """Each number as text."""
     return [text(value) for value in values]

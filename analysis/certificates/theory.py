@@ -53,11 +53,6 @@ class Theory(Protocol):
 def theory_of(plant: StructuredPlant) -> Theory:
     """The theory of a plant.
 
-    Parameters
-    ----------
-    plant : StructuredPlant
-        The plant.
-
     Raises
     ------
     TypeError

@@ -139,13 +139,7 @@ def _claim(found: StabilityBound) -> str:
 
 
 def refutation(witness: Witness) -> str:
-    """What a destabilising nonlinearity is and does, linear ones in short.
-
-    Parameters
-    ----------
-    witness : Witness
-        The nonlinearity.
-    """
+    """What a destabilising nonlinearity is and does, linear ones in short."""
     nonlinearity, colon, rest = witness.description.partition(": ")
     gain = witness.data.get("gain")
     if witness.kind == "linear gain" and isinstance(gain, str) and colon:

@@ -464,13 +464,7 @@ class MemoryLoop(NamedTuple):
         return found
 
     def begun(self, guess: Guess) -> tuple[list[Fraction], list[Fraction]]:
-        """First state, ``xi`` included, and durations of a balance.
-
-        Parameters
-        ----------
-        guess : Guess
-            The balance.
-        """
+        """First state, ``xi`` included, and durations of a balance."""
         A, b = np.array(self.A, dtype=float), np.array(self.b, dtype=float)
         N = _describing(np.array([guess.amplitude]))[0]
         phi = guess.slope * guess.amplitude * (N if self.stop else 1 - N)

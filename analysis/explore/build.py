@@ -77,11 +77,6 @@ def write_page(directory: Path, system: LoopSystem | None = None) -> Path:
 def opening(system: LoopSystem) -> dict[str, str]:
     """The fields of the page for a loop.
 
-    Parameters
-    ----------
-    system : LoopSystem
-        The loop.
-
     Raises
     ------
     InputError
@@ -99,13 +94,7 @@ def opening(system: LoopSystem) -> dict[str, str]:
 
 
 def asked(given: NonlinearityClass | None) -> dict[str, str]:
-    """The fields of the page for a class; empty for one that it has not.
-
-    Parameters
-    ----------
-    given : NonlinearityClass or None
-        The class.
-    """
+    """The fields of the page for a class; empty for one that it has not."""
     if given is None or given.linear or given.rectifier or given.memory or given.operator:
         return {}
     bounds = given.slope or given.sector

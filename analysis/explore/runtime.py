@@ -51,15 +51,7 @@ _TIME = 600  # [s] for one download
 
 
 def asset(name: str, data: bytes) -> str:
-    """A file of bytes as a script that hands it to the page: a page that is opened as a file may fetch nothing.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    data : bytes
-        Its bytes.
-    """
+    """A file of bytes as a script that hands it to the page: a page that is opened as a file may fetch nothing."""
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     return f'lureAsset({json.dumps(name)}, "{packed}");\n'
 

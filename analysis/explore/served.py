@@ -284,15 +284,7 @@ def line_answer(given: Given) -> dict[str, Any]:
 
 
 def system_toml(block: RationalPlant, asked: NonlinearityClass) -> str:
-    """The loop and its class as a file for ``lure report`` and ``lure certify``, every number exact.
-
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.
-    asked : NonlinearityClass
-        The class.
-    """
+    """The loop and its class as a file for ``lure report`` and ``lure certify``, every number exact."""
     bounds = asked.slope or asked.sector
     flags = [f"{name} = true" for name in ("odd", "time_varying") if getattr(asked, name)]
     return "\n".join(

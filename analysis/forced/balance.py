@@ -197,15 +197,7 @@ def solutions(loop: ForcedLoop, wave: Wave) -> list[Balanced]:
 
 
 def multiplier(loop: ForcedLoop, found: Balanced) -> float:
-    """The largest modulus of the Floquet multipliers over a period of the solution: below 1 it attracts what is near.
-
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop.
-    found : Balanced
-        The solution.
-    """
+    """The largest modulus of the Floquet multipliers over a period: below 1 the solution attracts what is near."""
     A, B, C, _, _, _ = loop.doubles
     m = loop.channels
     T = 2 * math.pi / float(found.wave.base)

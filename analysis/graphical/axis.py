@@ -202,13 +202,7 @@ def axis_values(block: Drawable, omega: ArrayLike | None) -> tuple[NDArray[np.fl
 
 
 def continuous(block: Drawable) -> bool:
-    """Whether time is continuous.
-
-    Parameters
-    ----------
-    block : Drawable
-        The block.
-    """
+    """Whether time is continuous."""
     return block.dt is None
 
 

@@ -280,13 +280,7 @@ def with_figure(draw: Draw, table: str, *, alt: str) -> str:
 
 
 def block_text(block: Drawable) -> str:
-    """The block in a few words: its formula if that is short.
-
-    Parameters
-    ----------
-    block : Drawable
-        The block.
-    """
+    """The block in a few words: its formula if that is short."""
     if isinstance(block, RationalPlant | DelayPlant):
         text = str(block)
         return f"H = {text}" if len(text) <= _LONGEST else f"H of order {len(block.denominator) - 1}"

@@ -25,13 +25,7 @@ _ROUNDS, _ROUGH, _ENOUGH, _FAR, _ABOVE, _LARGEST_THETA = 12, 0.03, 1e-5, 1e-3, 1
 
 
 def applies(cone: KernelCone) -> bool:
-    """Whether the multipliers of a cone are diagonal, of functions, and the states are few.
-
-    Parameters
-    ----------
-    cone : KernelCone
-        The multipliers.
-    """
+    """Whether the multipliers of a cone are diagonal, of functions, and the states are few."""
     return len(cone.plant.A) <= MOST_STATES and not (
         cone.pairs or cone.ratios or cone.turning is not None or cone.plant.operators
     )

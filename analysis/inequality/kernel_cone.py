@@ -247,13 +247,7 @@ class KernelCone:
         return self.remember(best)
 
     def remember(self, best: Found) -> Found | None:
-        """The multiplier without what it does not use, kept as the last found; None if it serves nothing.
-
-        Parameters
-        ----------
-        best : Found
-            The multiplier.
-        """
+        """The multiplier without what it does not use, kept as the last found; None if it serves nothing."""
         self.last = best.without(_UNUSED) if best.factor else None
         return self.last
 

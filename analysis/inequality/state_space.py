@@ -39,13 +39,6 @@ class _Least:
 def shifted_states(block: StateSpace, lower: Fraction) -> StateSpace:
     """The block ``H/(1 + lower H)`` of the loop shifted by the lower end of a sector, in doubles.
 
-    Parameters
-    ----------
-    block : StateSpace
-        The block.
-    lower : Fraction
-        The lower end.
-
     Raises
     ------
     AssumptionError

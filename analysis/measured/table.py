@@ -164,11 +164,6 @@ def unit_named(text: str, where: str) -> Unit:
 def split_heading(text: str) -> tuple[str, str]:
     """Name and unit of a heading, as in ``depth [um]``, ``(um)``, ``/ um``, ``, um``, ``depth um``, ``depth_um``.
 
-    Parameters
-    ----------
-    text : str
-        The heading.
-
     Returns
     -------
     tuple of str
@@ -191,11 +186,6 @@ def unit_within(heading: str) -> str:
     """What in a heading without a unit looks like one all the same; empty if nothing does.
 
     ``depth (mm) LVDT``, ``depth [um] x1000``, ``load in lbf``: to take these for metres or newtons would be wrong.
-
-    Parameters
-    ----------
-    heading : str
-        The heading.
     """
     words: list[str] = _WORDS.findall(heading)
     if len(words) == 1 and words[0].casefold() in ("in", "g", "kg", "v", "a"):

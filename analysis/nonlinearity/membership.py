@@ -374,11 +374,6 @@ def _upgraded(known: Property[T], how: str | None) -> Property[T]:
 def certified_bounds(nonlinearity: object) -> NonlinearityBounds | None:
     """Certified sector and slope bounds of a nonlinearity over all of R, found with a limited effort.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        The nonlinearity.
-
     Returns
     -------
     NonlinearityBounds or None

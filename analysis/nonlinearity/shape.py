@@ -31,13 +31,6 @@ _EVEN, _ODD = 1, -1
 def known_odd(expression: Expression, variable: str) -> bool | None:
     """Whether a formula is odd; None where its form does not tell.
 
-    Parameters
-    ----------
-    expression : Expression
-        The formula.
-    variable : str
-        Its variable.
-
     Notes
     -----
     A piecewise linear formula is decided from its exact graph.  For others the parities of the parts are combined: sums

@@ -38,11 +38,6 @@ def text_above(value: float | Fraction, digits: int = 10) -> str:
 def bound_below(value: float | Fraction) -> str:
     """A bound for text, console, pages and plots alike, rounded down: seven digits, or ten just below a short number.
 
-    Parameters
-    ----------
-    value : float or Fraction
-        The bound.
-
     Examples
     --------
     >>> bound_below(2 / 3), bound_below(1e12), bound_below(Fraction(59, 10))
@@ -53,11 +48,6 @@ def bound_below(value: float | Fraction) -> str:
 
 def bound_above(value: float | Fraction) -> str:
     """The same rounded up: what is refuted from the bound on is refuted from what is printed on.
-
-    Parameters
-    ----------
-    value : float or Fraction
-        The bound.
 
     Examples
     --------

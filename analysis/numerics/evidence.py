@@ -76,13 +76,7 @@ class Bracket(Record, kw_only=False):
 
 
 def ends(bracket: Bracket | None) -> list[object] | None:
-    """Both ends of a bracket as plain JSON data, None for none.
-
-    Parameters
-    ----------
-    bracket : Bracket or None
-        The bracket.
-    """
+    """Both ends of a bracket as plain JSON data, None for none."""
     return None if bracket is None else [plain(bracket.low), plain(bracket.high)]
 
 

@@ -46,13 +46,7 @@ _NEAR = 1e-4  # relative: to which the worst plant's factor is found
 
 
 def family_of(asked: Problem) -> ChannelFamily:
-    """The plants of a question about several channels with parameters.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The plants of a question about several channels with parameters."""
     assert isinstance(asked.plant, ChannelFamily), "made for those"
     return asked.plant
 

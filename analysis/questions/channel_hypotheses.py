@@ -144,13 +144,7 @@ def groups_of(asked: Problem) -> list[Group]:
 
 
 def sides_of(one: NonlinearityClass) -> tuple[bool, bool]:
-    """Whether the slope is at least the lower bound of the sector, and at most the upper one, at all times the same.
-
-    Parameters
-    ----------
-    one : NonlinearityClass
-        A class.
-    """
+    """Whether the slope is at least the lower bound of the sector, and at most the upper one, at all times the same."""
     if one.slope is None or one.time_varying or one.operator:
         return False, False
     return one.slope.lower >= one.gains[0], one.slope.upper <= one.gains[1]

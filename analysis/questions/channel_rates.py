@@ -43,34 +43,16 @@ class WeighedSearch(ABC):
         self.lower = np.array([float(v) for v in classes.lower])
 
     def loop(self, rate: Fraction) -> tuple[Reals, Reals, Reals, Reals]:
-        """``A``, ``B``, ``C`` and ``D`` of these solutions.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """``A``, ``B``, ``C`` and ``D`` of these solutions."""
         (A, B, C, D), r = self.sides, float(rate)
         return (A / r, B / r, C, D) if self.discrete else (A + r * np.eye(len(A)), B, C, D)
 
     @abstractmethod
     def proposals(self, rate: Fraction) -> Iterator[dict[str, Any]]:
-        """Theorem, multiplier and proof for a certificate; nothing where none are found.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """Theorem, multiplier and proof for a certificate; nothing where none are found."""
 
     def serves(self, rate: float) -> bool:
-        """Whether multipliers were found for a rate, before they are rounded.
-
-        Parameters
-        ----------
-        rate : float
-            The rate.
-        """
+        """Whether multipliers were found for a rate, before they are rounded."""
         checkpoint()
         try:
             return next(self.proposals(Fraction(rate)), None) is not None

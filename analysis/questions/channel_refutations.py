@@ -374,13 +374,7 @@ def matrices_refuting(asked: Problem, most: float) -> tuple[Fraction, Refuted] |
 
 
 def narrowed(asked: Problem) -> Problem:
-    """The question with a function in each channel in place of functions of several: its members are members.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The question with a function in each channel in place of functions of several: its members are members."""
     classes, sizes = list(asked.classes.classes), list[int]()
     for block in asked.classes.blocks:
         one = classes[block[0]]

@@ -86,11 +86,6 @@ def require_states(order: int) -> None:
 def require_bounds(own: NonlinearityClass) -> None:
     """Refuse a class whose sector has an infinite bound.
 
-    Parameters
-    ----------
-    own : NonlinearityClass
-        The class.
-
     Raises
     ------
     InputError
@@ -194,13 +189,7 @@ class SeveralChannels(RateSearch):
         return channel_plant(self.asked.plant)
 
     def prove(self, rate: Fraction) -> Proved | None:
-        """What is accepted of a rate, by the matrices of the weighted loop.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted of a rate, by the matrices of the weighted loop."""
         system = paced(self.base["system"], rate)
         A, B, C, D = (tuple(tuple(map(Fraction, row)) for row in system[side]) for side in "ABCD")
         scaled = replace(self.asked, plant=MultivariablePlant(A, B, C, D, self.plant.dt), kind="class")

@@ -235,15 +235,7 @@ class BoxOfChannels(RateSearch):
 
 
 def end_of(circle: WeightedCircle, easy: Fraction, hard: Fraction) -> float:
-    """Where the circle criterion seems to end for one plant, between two rates, on the side that it serves.
-
-    Parameters
-    ----------
-    circle : WeightedCircle
-        The criterion.
-    easy, hard : Fraction
-        The rates.
-    """
+    """Where the circle criterion seems to end for one plant, between two rates, on the side that it serves."""
     ends = float(easy), float(hard)
     if circle.margin(ends[0]) <= 0:
         return ends[0]

@@ -52,13 +52,7 @@ class LateChannels(SeveralChannels):
         return self.asked.plant
 
     def prove(self, rate: Fraction) -> Proved | None:
-        """What is accepted of a rate.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted of a rate."""
         return self._proved(rate, None)
 
     def _proved(self, rate: Fraction, free: Sequence[bool] | None) -> Proved | None:

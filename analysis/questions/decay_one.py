@@ -84,26 +84,14 @@ class OneChannel(RateSearch):
         return plant
 
     def prove(self, rate: Fraction) -> Proved | None:
-        """What is accepted of a rate.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted of a rate."""
         linear = self.asked.nonlinearity_class.linear and not self.asked.time_varying
         theorem = {"theorem": "hurwitz" if linear else "circle", "proof": {"method": "polynomial"}}
         found = accepted({"verdict": "PROVED", **self.base, **theorem, "rate": str(rate)})
         return found if isinstance(found, Proved) else None
 
     def expected(self, easy: Fraction, hard: Fraction) -> float:
-        """Where the circle criterion seems to end between a rate that it serves and another, on the side it serves.
-
-        Parameters
-        ----------
-        easy, hard : Fraction
-            The rates.
-        """
+        """Where the circle criterion seems to end between a rate that it serves and another, on the side it serves."""
         own = self.asked.nonlinearity_class
         low, high = (Fraction(end) for end in own.gains)
         if own.linear and not self.asked.time_varying:
@@ -130,13 +118,7 @@ class OneChannel(RateSearch):
             yield rate, {"method": "switched-gain", "gains": [str(ends[row[0]]) for row in rows]} | proof
 
     def rescaled(self, known: float, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
-        """Rates between two, and their proofs, by solutions that repeat on another scale.
-
-        Parameters
-        ----------
-        known, most : float
-            The rates.
-        """
+        """Rates between two, and their proofs, by solutions that repeat on another scale."""
         own = self.asked.nonlinearity_class
         if not self.discrete or own.slope is None or own.time_varying or own.linear or self.plant.feedthrough:
             return

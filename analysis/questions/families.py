@@ -332,24 +332,12 @@ def simplest(low: Fraction, high: Fraction) -> Fraction:
 
 
 def leaves(tree: Tree) -> int:
-    """How many boxes are cut no further.
-
-    Parameters
-    ----------
-    tree : Leaf or Cut
-        The boxes.
-    """
+    """How many boxes are cut no further."""
     return 1 if isinstance(tree, Leaf) else leaves(tree.below) + leaves(tree.above)
 
 
 def written(tree: Tree) -> dict[str, Any]:
-    """The boxes as they stand in a certificate.
-
-    Parameters
-    ----------
-    tree : Leaf or Cut
-        The boxes.
-    """
+    """The boxes as they stand in a certificate."""
     if isinstance(tree, Leaf):
         return {"multiplier": dict(tree.multiplier or {})}
     parts = {"below": written(tree.below), "above": written(tree.above)}

@@ -30,11 +30,6 @@ def as_one_channel(asked: Problem) -> Problem:
     """The question as one about a list with one class, if it does not begin at 0 or the plant is not stable from there.
 
     Else the question as it is.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
     """
     plant, whole = asked.plant, asked.kind == "class"
     if not isinstance(plant, DelayPlant) or asked.endless_below:

@@ -344,11 +344,6 @@ def _next_state_is_defined(block: Plant) -> bool:
 def plant_given(source: object) -> OneChannel:
     """The plant that a source describes: what :func:`lure.as_plant` makes of it, or the ``StructuredPlant`` it is.
 
-    Parameters
-    ----------
-    source : object
-        The source.
-
     Raises
     ------
     InputError
@@ -428,11 +423,6 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
 def problem_of(loop: object) -> Problem:
     """The question about a loop: whether its class is stable, or without one how large a class may be.
 
-    Parameters
-    ----------
-    loop : Problem, LoopSystem, Loop, or anything :func:`lure.plants.as_plant` takes
-        The loop.
-
     Raises
     ------
     InputError
@@ -476,11 +466,6 @@ def by_matrices(block: RationalPlant) -> StateSpace | None:
 
 def certifiable(block: object) -> RationalPlant | PlantFamily | DelayPlant | StateSpace:
     """The block, if there is exact data behind it; by its matrices where these are doubles and polynomials too long.
-
-    Parameters
-    ----------
-    block : object
-        A block.
 
     Raises
     ------

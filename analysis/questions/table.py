@@ -114,13 +114,7 @@ def _channels(problem: Problem) -> dict[str, Any]:
 
 
 def class_dict(nonlinearity_class: NonlinearityClass) -> dict[str, Any]:
-    """A class of nonlinearities as plain data.
-
-    Parameters
-    ----------
-    nonlinearity_class : NonlinearityClass
-        The class.
-    """
+    """A class of nonlinearities as plain data."""
     slope = nonlinearity_class.slope
     return {
         "sector": [plain(float(nonlinearity_class.sector.lower)), plain(float(nonlinearity_class.sector.upper))],

@@ -42,13 +42,7 @@ class Many(Protocol[One]):
         """The corners of the box."""
 
     def at(self, point: Point, /) -> One:
-        """The plant with these parameters.
-
-        Parameters
-        ----------
-        point : tuple of Fraction
-            The parameters.
-        """
+        """The plant with these parameters."""
 
 
 def least(family: Many[One], value: Callable[[One], float], *, looks: int = MOST_LOOKS) -> tuple[Point, float]:

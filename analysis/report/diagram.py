@@ -99,13 +99,7 @@ def raised(text: str) -> str:
 
 
 def nonlinearity_graph(nonlinearity: Nonlinearity) -> Markup:
-    """A small graph of a nonlinearity over the stretch on which it bends, with the ends of its axes.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        Any nonlinearity.
-    """
+    """A small graph of a nonlinearity over the stretch on which it bends, with the ends of its axes."""
     reach = _reach(nonlinearity)
     sigma = np.linspace(-reach, reach, _SAMPLES)
     phi = _values(nonlinearity, sigma)
@@ -114,13 +108,7 @@ def nonlinearity_graph(nonlinearity: Nonlinearity) -> Markup:
 
 
 def class_graph(nonlinearity_class: NonlinearityClass | None) -> Markup:
-    """The sector of a class as a wedge; axes alone without a class.
-
-    Parameters
-    ----------
-    nonlinearity_class : NonlinearityClass or None
-        The class.
-    """
+    """The sector of a class as a wedge; axes alone without a class."""
     if nonlinearity_class is None:
         return _axes()
     ends = [float(nonlinearity_class.sector.lower), float(nonlinearity_class.sector.upper)]

@@ -59,13 +59,7 @@ def pdf_maker() -> Any:  # noqa: ANN401  (an optional module, without types)
 
 
 def embedded(figure: Figure) -> Markup:
-    """A figure for a printed page, as an image.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    """
+    """A figure for a printed page, as an image."""
     return _image(figure.picture.svg, "figure", f"{figure.spec.title}. {figure.spec.caption}")
 
 

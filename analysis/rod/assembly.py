@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 
 
 def of_the_rods(assembly: RodAssembly) -> tuple[str, tuple[Proved, ...]]:
-    """What a report on their scheme says of the rods themselves, and what the checker accepted.
-
-    Parameters
-    ----------
-    assembly : RodAssembly
-        The rods.
-    """
+    """What a report on their scheme says of the rods themselves, and what the checker accepted."""
     head = f"All other answers are about the upwind scheme. Of the rods themselves, {assembly.words}, "
     try:
         shown = rods_at_rest(assembly)

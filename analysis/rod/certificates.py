@@ -27,13 +27,7 @@ STRUCTURE = {"method": "structure"}
 
 
 def energy_theorem_draft(block: UpwindScheme | RodPlant | RodFamily) -> dict[str, Any]:
-    """The energy theorem in the sector ``[0, inf]``, the contact law a member where it is one and piecewise linear.
-
-    Parameters
-    ----------
-    block : UpwindScheme, RodPlant or RodFamily
-        The scheme, the rod itself, or all rods or schemes of a family.
-    """
+    """The energy theorem in the sector ``[0, inf]``, the contact law a member where it is one and piecewise linear."""
     nonlinearities = class_entry(NonlinearityClass(sector=Sector(0, math.inf)), unbounded=True)
     draft = draft_of(block, "rod-energy", {}, nonlinearities)
     rod, varied = block.rod.exact, block.intervals if isinstance(block, RodFamily) else {}

@@ -148,13 +148,7 @@ Block = RodPlant | UpwindScheme | RodFamily
 
 
 def offered(block: Block) -> Proved | Refuted | str:
-    """What the checker accepts of the motions of a block, or why that is nothing.
-
-    Parameters
-    ----------
-    block : RodPlant, UpwindScheme or RodFamily
-        The rod, or its scheme, or all of a family.
-    """
+    """What the checker accepts of the motions of a block, or why that is nothing."""
     if isinstance(block, RodFamily):
         whole = guarded("rods", lambda: complete_and_check(negative_draft(block) or energy_draft(block)))
         return whole if isinstance(whole, Proved | Refuted) else str(whole.detail)

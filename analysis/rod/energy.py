@@ -113,11 +113,6 @@ def zeta_weights(scheme: UpwindScheme) -> Reals:
 
     ``1/(s(1+a))`` on the forward waves, ``-a/(s(1+a))`` on the backward ones, with ``1 + a = 2k/(k+Z)``.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-
     Returns
     -------
     ndarray

@@ -175,13 +175,7 @@ class SlowestDecays(NamedTuple):
 
 
 def slowest_decays(scheme: UpwindScheme) -> SlowestDecays:
-    """How fast the slowest wave mode of a rod decays, and that of its scheme; part of :func:`rod_spectrum`.
-
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme, with its rod.
-    """
+    """How fast the slowest wave mode of a rod decays, and that of its scheme; part of :func:`rod_spectrum`."""
     rod = scheme.rod
     if rod.reflection == 0.0:  # k = Z: the rod comes to rest in finite time
         return SlowestDecays(math.inf, scheme.rate)

@@ -76,13 +76,7 @@ APART = ("seconds",)  # what differs between two runs of the same study
 
 
 def variables(ask: tuple[str, ...]) -> dict[str, Variable]:
-    """The variables of the answers to some questions.
-
-    Parameters
-    ----------
-    ask : tuple of str
-        The questions.
-    """
+    """The variables of the answers to some questions."""
     used = {name for question in ask for name in _USED[question].split()}
     found = {name: one for name, one in VARIABLES.items() if name in used}
     if "rod" in ask:

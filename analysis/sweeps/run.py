@@ -506,13 +506,7 @@ def _demand_agreement(store: Store, settings: list[str], found: Answered, kept: 
 
 
 def opened(path: Path) -> xarray.Dataset:
-    """The data set of a store.
-
-    Parameters
-    ----------
-    path : Path
-        The store.
-    """
+    """The data set of a store."""
     import warnings
 
     import xarray

@@ -120,13 +120,7 @@ class HystereticNonlinearity:
 
 
 def hysteretic(graphs: st.SearchStrategy[PiecewiseLinear]) -> st.SearchStrategy[HystereticNonlinearity]:
-    """Hysteretic nonlinearities from two graphs of a class.
-
-    Parameters
-    ----------
-    graphs : SearchStrategy of PiecewiseLinear
-        The class.
-    """
+    """Hysteretic nonlinearities from two graphs of a class."""
     return st.builds(HystereticNonlinearity, rising=graphs, falling=graphs)
 
 

@@ -288,13 +288,7 @@ class WeightedCircle:
         return p, q, float(np.max(roots.real if self.plant.dt is None else np.abs(roots), initial=-math.inf))
 
     def margin(self, rate: float) -> float:
-        """The least ``Re[p q^*]``, over what its terms add up to without their signs; ``-inf`` if ``q`` is unstable.
-
-        Parameters
-        ----------
-        rate : float
-            The rate.
-        """
+        """The least ``Re[p q^*]``, over what its terms add up to without their signs; ``-inf`` if ``q`` is unstable."""
         (p, q, largest), discrete = self._sides, self.plant.dt is not None
         if largest >= (rate if discrete else -rate):
             return -math.inf

@@ -408,11 +408,6 @@ def plant_template(kind: str = "") -> str:
 def loop_tables(system: LoopSystem) -> dict[str, object]:
     """The tables of the file that means this loop, numbers as exact fractions.
 
-    Parameters
-    ----------
-    system : LoopSystem
-        The loop.
-
     Raises
     ------
     InputError

@@ -31,11 +31,6 @@ def kinds() -> list[FileKind]:
 def kind_of(tables: Tables) -> FileKind:
     """The kind of a file: by its tables, else by what is written like one of them, else the first.
 
-    Parameters
-    ----------
-    tables : dict
-        The tables of the file.
-
     Raises
     ------
     InputError

@@ -412,13 +412,7 @@ def nonlinearity_dict(nonlinearity: Nonlinearity) -> dict[str, Any]:
 
 
 def nonlinearity_page(nonlinearity: Nonlinearity) -> Page:
-    """A nonlinearity as a table.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        The nonlinearity.
-    """
+    """A nonlinearity as a table."""
     known, against = _known(nonlinearity)
     rows = [(name.replace("_", " "), value, standing, how) for name, (value, standing, how) in known.items()]
     notes = ["It enters the loop as mu = -phi(sigma)."] if against is None else [f"CONTRADICTED: {against}"]
@@ -428,13 +422,7 @@ def nonlinearity_page(nonlinearity: Nonlinearity) -> Page:
 
 
 def nonlinearity_text(nonlinearity: Nonlinearity) -> str:
-    """A nonlinearity in words: what it prints, or the name of its class with its parameters.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        Any nonlinearity.
-    """
+    """A nonlinearity in words: what it prints, or the name of its class with its parameters."""
     if type(nonlinearity).__str__ is not object.__str__:
         return str(nonlinearity)
     given = ", ".join(f"{name} = {value}" for name, value in _parameters(nonlinearity).items())

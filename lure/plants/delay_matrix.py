@@ -280,11 +280,6 @@ def one_channel_of(plant: DelayPlant) -> DelayMatrix:
 
     ``x_i' = x_(i+1)``, ``x_n' = mu`` less what ``d`` and the late terms of the denominator say of ``x`` and ``x_n'``.
 
-    Parameters
-    ----------
-    plant : DelayPlant
-        The block.
-
     Raises
     ------
     InputError

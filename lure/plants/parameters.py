@@ -45,13 +45,7 @@ class InBox:
         return product(*self.box)
 
     def words(self, point: Sequence[Fraction]) -> str:
-        """Values of the parameters in words.
-
-        Parameters
-        ----------
-        point : sequence of Fraction
-            The values.
-        """
+        """Values of the parameters in words."""
         return ", ".join(value_text(name, v) for name, v in zip(self.names, point, strict=True))
 
     @property

@@ -120,13 +120,7 @@ def control_system(matrices: Doubles, names: Names | None, *, dt: float | bool) 
 
 
 def names_of(system: control.StateSpace) -> Names:
-    """The names of a system of python-control with one input and one output.
-
-    Parameters
-    ----------
-    system : control.StateSpace
-        The system.
-    """
+    """The names of a system of python-control with one input and one output."""
 
     def listed(labels: Sequence[object]) -> list[str]:
         """The labels as text."""

@@ -77,13 +77,7 @@ class RodFamily(StructuredPlant):
         return ", ".join(f"{name} in [{exact_text(low, 8)}, {exact_text(high, 8)}]" for name, (low, high) in pairs)
 
     def bounds(self, name: str) -> Interval:
-        """The interval of a parameter; of one that has none both ends are its value.
-
-        Parameters
-        ----------
-        name : str
-            The parameter.
-        """
+        """The interval of a parameter; of one that has none both ends are its value."""
         value = self.rod.exact[name]
         return self.intervals.get(name, (value, value))
 

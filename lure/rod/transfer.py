@@ -44,13 +44,7 @@ LETTERS = {"E": "youngs_modulus", "rho": "density", "L": "length", "A": "area", 
 
 
 def certificate_parameters(rod: Rod) -> dict[str, str | int]:
-    """The exact parameters of a rod as a certificate states them, as text ``p/q`` by the letters of the formulas.
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    """
+    """The exact parameters of a rod as a certificate states them, as text ``p/q`` by the letters of the formulas."""
     return {letter: str(rod.exact[name]) for letter, name in LETTERS.items()}
 
 

@@ -263,11 +263,6 @@ def on_axis(asked: Asked) -> Asked:
     ``A``, ``B`` and ``D`` become ``A' = 1 - 2 E``, ``B' = 2 E E B``, ``D' = D - C E B``, where
     ``E = (1 + A)^-1``.
 
-    Parameters
-    ----------
-    asked : Asked
-        The plant.
-
     Raises
     ------
     NotShown
@@ -280,24 +275,12 @@ def on_axis(asked: Asked) -> Asked:
 
 
 def diagonal(values: Sequence[Fraction]) -> fmpq_mat:
-    """A diagonal matrix.
-
-    Parameters
-    ----------
-    values : sequence of Fraction
-        The diagonal.
-    """
+    """A diagonal matrix."""
     return fmpq_mat([[to_fmpq(v) if i == j else to_fmpq(0) for j in range(len(values))] for i, v in enumerate(values)])
 
 
 def balls(values: Sequence[Fraction]) -> arb_mat:
-    """A diagonal matrix, in balls.
-
-    Parameters
-    ----------
-    values : sequence of Fraction
-        The diagonal.
-    """
+    """A diagonal matrix, in balls."""
     return arb_mat([[ball(v) if i == j else arb(0) for j in range(len(values))] for i, v in enumerate(values)])
 
 

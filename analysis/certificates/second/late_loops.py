@@ -432,11 +432,6 @@ def opened(asked: Asked) -> tuple[Asked, list[Fraction]]:
     """The plant with the late states as outputs and inputs of its own, one for each that comes back, and their gains.
 
     ``x' = A x + B mu + sum_i e_i nu_i``, ``nu_i = -tau_i`` with ``tau_i = -sum_k e_i' (A_k x + E_k x')(t - T_k)``.
-
-    Parameters
-    ----------
-    asked : Asked
-        The plant.
     """
     n, m = asked.A.nrows(), asked.D.nrows()
     back = [*asked.inner, *(E for _, E in asked.rates)]

@@ -37,11 +37,6 @@ _WHERE = ("channels", "states", "kind")
 def documents(document: Document) -> list[Document]:
     """The certificates of the parts: of a proof all of them, of a refutation the one that it names.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-
     Raises
     ------
     NotShown

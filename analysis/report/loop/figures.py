@@ -50,13 +50,7 @@ Line = tuple[float, float, bool]
 
 
 def loop_figures(report: LoopReport) -> tuple[Figure, ...]:
-    """Draw every figure of a report on a loop.
-
-    Parameters
-    ----------
-    report : LoopReport
-        The report.
-    """
+    """Draw every figure of a report on a loop."""
     rows, block = report.analysis.rows, report.analysis.problem.plant
     largest = FigureSpec(
         name="largest",

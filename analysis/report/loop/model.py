@@ -212,13 +212,7 @@ def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
 
 
 def nonlinearity_text(nonlinearity: Nonlinearity) -> str:
-    """A nonlinearity in words: what it prints, or the name of its class if it prints nothing of use.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        Any nonlinearity.
-    """
+    """A nonlinearity in words: what it prints, or the name of its class if it prints nothing of use."""
     own = type(nonlinearity).__str__ is not object.__str__ or type(nonlinearity).__repr__ is not object.__repr__
     return str(nonlinearity) if own else type(nonlinearity).__name__
 

@@ -335,13 +335,7 @@ def write_loop_report(report: LoopReport, directory: str | os.PathLike[str], *, 
 
 
 def loop_diagram(report: LoopReport) -> Markup:
-    """The block diagram of a loop, with its nonlinearity or the class asked about.
-
-    Parameters
-    ----------
-    report : LoopReport
-        The report.
-    """
+    """The block diagram of a loop, with its nonlinearity or the class asked about."""
     about = report.analysis.problem
     if about.several:
         channels = len(about.classes.classes)

@@ -201,13 +201,7 @@ class Comparison(Record):
 
 
 def text(found: Comparison) -> str:
-    """The tables of a comparison and what may be read from them.
-
-    Parameters
-    ----------
-    found : Comparison
-        The comparison.
-    """
+    """The tables of a comparison and what may be read from them."""
     parts = [_head(found), _errors(found), *_orders(found), _modes(found), _cost(found)]
     if found.settling:
         parts.append(_settling(found))

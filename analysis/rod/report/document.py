@@ -80,13 +80,7 @@ def _side(side: Side | None) -> Json | None:
 
 
 def confirmation_sentence(found: Confirmation) -> str:
-    """What the two motions show, without a full stop.
-
-    Parameters
-    ----------
-    found : Confirmation
-        The two motions.
-    """
+    """What the two motions show, without a full stop."""
     if found.rod is None:
         return f"the rod was not followed: {found.rod_skipped}"
     rod, scheme = found.rod, found.scheme
@@ -151,13 +145,7 @@ _HEAD = ("criterion", "model", "verdict", "evidence", "theta", "margin", "larges
 
 
 def summary(report: StabilityReport) -> str:
-    """Verdict, conclusion, criteria, spectrum and motions, at most 80 columns wide.
-
-    Parameters
-    ----------
-    report : StabilityReport
-        The report.
-    """
+    """Verdict, conclusion, criteria, spectrum and motions, at most 80 columns wide."""
     reasons = dict.fromkeys(
         f"In the {result.model}, {result.reason}" for result in report.criteria if result.theta is None
     )

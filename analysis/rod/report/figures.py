@@ -30,24 +30,12 @@ _RESONANCES = "The elastic resonances, from half the first frequency up; mind th
 
 
 def figures(report: StabilityReport) -> tuple[Figure, ...]:
-    """Draw every figure of a report.
-
-    Parameters
-    ----------
-    report : StabilityReport
-        The report.
-    """
+    """Draw every figure of a report."""
     return tuple(Figure(spec=spec, picture=render(spec.draw, name=spec.name)) for spec in specs(report))
 
 
 def specs(report: StabilityReport) -> tuple[FigureSpec, ...]:
-    """Every figure of a report before it is drawn.
-
-    Parameters
-    ----------
-    report : StabilityReport
-        The report.
-    """
+    """Every figure of a report before it is drawn."""
     return (*_spectrum(report), *_frequency(report), *_confirmation(report), *_simulation(report))
 
 

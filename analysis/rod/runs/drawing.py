@@ -133,13 +133,7 @@ def film(done: Performed, span: tuple[float, float] | None, *, frames: int, disp
 
 
 def usual_span(run: SampledRun) -> tuple[float, float]:
-    """All of a short motion; of a long one ten transits around the contact of largest impulse, or from the start.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    """
+    """All of a short motion; of a long one ten transits around the contact of largest impulse, or from the start."""
     length = _USUAL_TRANSITS * run.rod.travel_time
     if run.until <= 1.5 * length * (1.0 + 1e-12):
         return 0.0, run.until
