@@ -10,9 +10,8 @@ from typing import cast
 from flint import arb_mat
 
 from lure.analysis.inequality.gains import GainEnd, gain_ends, is_stable_gain, simplest_between
-from lure.analysis.inequality.hamiltonian import HamiltonianFamily
 from lure.analysis.inequality.plant import TransferPolynomials
-from lure.analysis.inequality.state_space import state_space_family
+from lure.analysis.inequality.state_space import HamiltonianFamily, state_space_family
 from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.exact_matrix import exact_entry
 from lure.analysis.numerics.precision import ball

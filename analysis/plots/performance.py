@@ -12,7 +12,7 @@ import numpy as np
 
 from lure.analysis.certificates.boxes import CHANNELS, matrices, plants
 from lure.analysis.counterexamples.channel_gains import GainsAround
-from lure.analysis.counterexamples.late_roots import LateRoots
+from lure.analysis.counterexamples.late_switching import LateRoots
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, room_below
 from lure.analysis.questions.decay import RateBound
 from lure.analysis.questions.gain import GainBound

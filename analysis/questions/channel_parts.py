@@ -27,8 +27,7 @@ from lure.analysis.inequality.zero_modes import exact
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.channel_hypotheses import is_critical
 from lure.analysis.questions.channel_members import members_refuting
-from lure.analysis.questions.channel_orbits import orbits_refuting
-from lure.analysis.questions.channel_refutations import constant_gains, refutation, switching_refuting
+from lure.analysis.questions.channel_refutations import constant_gains, orbits_refuting, refutation, switching_refuting
 from lure.analysis.questions.channels import channel_bound
 from lure.analysis.questions.conclusion import Certification, conclusion_of, undecided
 from lure.analysis.questions.largest import StabilityBound, Stopped

@@ -19,14 +19,13 @@ from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.certificates.memory import from_rest, remembered
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.channel_windows import ChannelWindows
-from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
+from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality, ManyChannels
 from lure.analysis.inequality.coupled_forms import CoupledForms
 from lure.analysis.inequality.critical_block import CriticalBlock
 from lure.analysis.inequality.critical_forms import CriticalForms
 from lure.analysis.inequality.full_block import FullBlockInequality
 from lure.analysis.inequality.gain_box import GainBox
 from lure.analysis.inequality.gain_splines import SPLINES, GainSplines
-from lure.analysis.inequality.many_channels import ManyChannels
 from lure.analysis.inequality.semidefinite_forms import RestingGain
 from lure.analysis.inequality.shifted_loop import LARGEST, ChannelSearch, Proposal
 from lure.analysis.inequality.storage import MovedByStops, SampledStorage, StorageInequality

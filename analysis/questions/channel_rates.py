@@ -16,7 +16,7 @@ from lure.analysis.inequality.channels import MOST_STATES, ChannelInequality
 from lure.analysis.inequality.coupled_forms import CoupledForms
 from lure.analysis.inequality.gains import simplest_between
 from lure.analysis.inequality.kernel_cone import KernelCone
-from lure.analysis.inequality.kernel_rounding import multiplier
+from lure.analysis.inequality.kernels import multiplier
 from lure.analysis.questions.channel_hypotheses import free_channels, groups_of, sloped_channels
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem

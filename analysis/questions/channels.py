@@ -23,7 +23,6 @@ from lure.analysis.inequality.shifted_loop import LARGEST
 from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions import channel_families
 from lure.analysis.questions.channel_members import members_refuting, rays_refuting
-from lure.analysis.questions.channel_orbits import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_plant, loop_plant
 from lure.analysis.questions.channel_proofs import (
     KINDS,
@@ -39,6 +38,7 @@ from lure.analysis.questions.channel_refutations import (
     RAMPS,
     RESTS,
     constant_gains,
+    orbits_refuting,
     parameters_refuting,
     refutation,
     switching_refuting,

@@ -2,6 +2,8 @@
 
 The class and the numbers in a sentence are those of the certificate.  Before anything is said, the system and the class
 of the certificate are compared with those asked about, and a given nonlinearity with the class of the certificate.
+
+What the checker accepted is put into tables and plain data here: it stays short enough to be read, and knows no pages.
 """
 
 from __future__ import annotations
@@ -11,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
+from lure import record
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import contains
-from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
 from lure.analysis.certificates.states import classes, keeps
 from lure.analysis.certificates.systems import nonlinearity_class_of
 from lure.analysis.numerics.doubles import bound_below
@@ -34,14 +36,60 @@ from lure.nonlinearities.base import Nonlinearity
 from lure.record import Page, Record, derived, described, quantity
 
 if TYPE_CHECKING:
-    from lure.analysis.certificates.checker import Proved, Refuted
+    from lure.analysis.certificates.checker import Checked, Proved, Refuted
     from lure.analysis.certificates.codes import Code
     from lure.analysis.certificates.drafts import Failure
     from lure.analysis.nonlinearity import NonlinearityBounds
 
-
+_CLAIM = "Not shown is anything beyond the claim: a rate of decay, a bound on a solution, external inputs."
+_AGAIN = "Check it again with lure.analysis.check(certificate), or with checker.py and nothing but Python."
 CHECKED, DECLARED = "checked", "declared"
 _NEAR = (-100, 100)
+
+
+def shown_dict(shown: Checked) -> dict[str, Any]:
+    """A ``Proved`` or ``Refuted`` as plain JSON data, its certificate with it.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What the checker accepted.
+    """
+    return {
+        "verdict": str(shown.certificate["verdict"]),
+        "evidence": "certified",
+        "theorem": shown.theorem,
+        "claim": shown.claim,
+        "facts": record.plain(shown.facts),
+        "assumed": [shown.assumed] if shown.assumed else [],
+        "certificate": record.plain(shown.certificate),
+    }
+
+
+def shown_page(shown: Checked, assumed: tuple[str, ...] | None = None) -> Page:
+    """A ``Proved`` or ``Refuted`` as a table: the claim, the theorem and the hypotheses that were found to hold.
+
+    Parameters
+    ----------
+    shown : Proved or Refuted
+        What the checker accepted.
+    assumed : tuple of str, optional
+        What is assumed beside it, in clauses; by default what it says itself.
+    """
+    own = (shown.assumed,) if shown.assumed else ()
+    rows = [("theorem", shown.theorem), ("evidence", "certified"), *shown.facts.items()]
+    rows += [("assumed", clause) for clause in (own if assumed is None else assumed)]
+    return Page(shown.claim, rows, verdict=str(shown.certificate["verdict"]), notes=[_CLAIM, _AGAIN])
+
+
+def failure_dict(failure: Failure) -> dict[str, Any]:
+    """A search that showed nothing, as plain JSON data."""
+    return {
+        "search": failure.search,
+        "code": failure.code.identifier,
+        "title": failure.code.title,
+        "detail": failure.detail,
+    }
 
 
 class MismatchError(RuntimeError):

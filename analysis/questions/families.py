@@ -21,8 +21,7 @@ from lure.analysis.certificates.multipliers import multipliers
 from lure.analysis.certificates.states import classes
 from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import checkpoint
-from lure.analysis.inequality.box_polynomials import Look
-from lure.analysis.inequality.late_boxes import LateLook, best_theta, likeliest
+from lure.analysis.inequality.box_polynomials import LateLook, Look, best_theta, likeliest
 from lure.analysis.numerics.doubles import double_above, double_below
 from lure.analysis.questions.worst_plants import MOST_LOOKS, cheaply_worst, least
 from lure.analysis.theorems.table import TABLE, Theorem, Upper

@@ -16,8 +16,8 @@ from lure import Diagonal, NonlinearityClass, as_plant
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.questions.channel_orbits import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_refutations import orbits_refuting
 from lure.analysis.questions.channels import channel_bound
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))

@@ -14,7 +14,7 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.late_loops import LateLoop
 from lure.analysis.certificates.second.numerics import SERIES_TERMS, on_axis, working_precision
 from lure.analysis.certificates.second.opinion import recheck
-from lure.analysis.counterexamples.late_roots import LateRoots
+from lure.analysis.counterexamples.late_switching import LateRoots
 
 # exp(-s)/(s + 1)^2 with the gain -1e-10: (d/2) exp(d/2) = .5e-5 exp(1/2) at s = -1 + d, and near by at s = -1 - d
 TRUTH = 1 - 2 * special.lambertw(0.5e-5 * math.exp(0.5)).real

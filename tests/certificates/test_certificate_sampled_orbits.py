@@ -14,8 +14,8 @@ from lure.analysis.certificates.channels import Plant
 from lure.analysis.certificates.checker import MOVES, OTHERS, check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.counterexamples.channel_samples import SampledOrbits
-from lure.analysis.questions.channel_orbits import orbits_refuting
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.channel_refutations import orbits_refuting
 from lure.analysis.wording import counterexample
 
 SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))

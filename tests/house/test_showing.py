@@ -18,8 +18,8 @@ from results import HOSTILE, RESULTS, SYSTEMS, THIRD
 import lure
 from lure import Sector
 from lure.analysis import check, max_sector, nyquist_response, popov_response
-from lure.analysis.certificates.representation import failure_dict, shown_dict, shown_page
 from lure.analysis.measured import Measurements, sector_from_data
+from lure.analysis.questions.conclusion import failure_dict, shown_dict, shown_page
 from lure.analysis.testing import assert_in_sector
 from lure.analysis.verdict import Bracket
 from lure.errors import InputError

@@ -12,8 +12,7 @@ from mpmath import mp, mpc, mpf
 from plants import CONTINUOUS, block
 
 from lure import StateSpace
-from lure.analysis.inequality.hamiltonian import HamiltonianFamily
-from lure.analysis.inequality.state_space import StatesInequality
+from lure.analysis.inequality.state_space import HamiltonianFamily, StatesInequality
 from lure.analysis.theorems.popov import popov_largest
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError
