@@ -26,12 +26,7 @@ def time_left() -> float:
 
 
 def check_seconds(seconds: object) -> None:
-    """Refuse what is no time allowed.
-
-    Parameters
-    ----------
-    seconds : object
-        A positive number, or None for no limit.
+    """Refuse what is no time allowed; ``seconds``: a positive number, or None for no limit.
 
     Raises
     ------
@@ -61,10 +56,7 @@ def checkpoint() -> None:
 def time_limit(seconds: float | None) -> Iterator[Callable[[], bool]]:
     """Raise ``TimeoutError`` in the body when the time is over; yields a function that says whether it is.
 
-    Parameters
-    ----------
-    seconds : float or None
-        Time allowed; None for no limit but one that is already in force, which is never prolonged.
+    ``seconds``: time allowed; None for no limit but one that is already in force, which is never prolonged.
 
     Notes
     -----

@@ -79,14 +79,7 @@ def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[n
 
 
 def real_describing_function(nonlinearity: Nonlinearity, sizes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The describing function of an odd nonlinearity without memory.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        The nonlinearity.
-    sizes : NDArray[np.float64]
-        Positive amplitudes.
+    """The describing function of an odd nonlinearity without memory; ``sizes``: positive amplitudes.
 
     Raises
     ------

@@ -21,12 +21,7 @@ class Draw(Protocol):
 def drawing(of: object, *, task: str = "drawing") -> Callable[..., Any]:
     """The function that draws a result, or does another task of a drawing for it.
 
-    Parameters
-    ----------
-    of : object
-        The result.
-    task : str
-        ``drawing``, or ``file`` for a picture of what a :class:`Draw` draws.
+    ``task``: ``drawing``, or ``file`` for a picture of what a :class:`Draw` draws.
 
     Raises
     ------
@@ -42,10 +37,7 @@ def drawing(of: object, *, task: str = "drawing") -> Callable[..., Any]:
 def drawn(says: str) -> Callable[..., Any]:
     """The method ``plot`` of a result: it draws by the function that is registered for its type.
 
-    Parameters
-    ----------
-    says : str
-        What is drawn, the first line of its docstring.
+    ``says``: what is drawn, the first line of its docstring.
     """
 
     def plot(self: object, ax: Axes | None = None) -> Any:  # noqa: ANN401  (the axes, or all of them)

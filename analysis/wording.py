@@ -89,10 +89,7 @@ def class_words(nonlinearities: Nonlinearities, *, inwards: bool = True, spelled
 def same_in(several: Mapping[str, Any]) -> list[range]:
     """The channels, counted from 0, of each nonlinearity of a certificate about several.
 
-    Parameters
-    ----------
-    several : Mapping
-        ``laws`` of such a certificate.
+    ``several``: ``laws`` of such a certificate.
     """
     m, repeated = len(several["channels"]), several["repeated"]
     sizes = ([m] if repeated else [1] * m) if isinstance(repeated, bool) else repeated
@@ -103,10 +100,7 @@ def same_in(several: Mapping[str, Any]) -> list[range]:
 def kind_words(nonlinearities: Nonlinearities) -> str:
     """The class without its bounds, such as ``odd phi with slope in``.
 
-    Parameters
-    ----------
-    nonlinearities : Mapping
-        ``laws`` of a certificate.
+    ``nonlinearities``: ``laws`` of a certificate.
     """
     phi = f"{'odd ' if nonlinearities['odd'] else ''}{'linear ' if nonlinearities['linear'] else ''}phi"
     varying, rough = (
@@ -146,12 +140,7 @@ def _number(value: Fraction, *, up: bool, spelled: Spelled | None) -> str:
 def meaning(shown: Proved, subject: str = "") -> str:
     """What is proved of the solutions, from the conclusion of the certificate.
 
-    Parameters
-    ----------
-    shown : Proved
-        What the checker accepted.
-    subject : str
-        What moves, where it has a name.
+    ``subject``: what moves, where it has a name.
     """
     conclusion = str(shown.certificate["conclusion"])
     said = f"The point {conclusion}" if conclusion.startswith("0 ") else conclusion[0].upper() + conclusion[1:]
@@ -211,13 +200,7 @@ def loop_words(certificate: Mapping[str, Any]) -> str:
 
 
 def destroys(shown: Refuted) -> str:
-    """What the counterexample does to the loop, from the conclusion of the certificate.
-
-    Parameters
-    ----------
-    shown : Refuted
-        What the checker accepted.
-    """
+    """What the counterexample does to the loop, from the conclusion of the certificate."""
     conclusion = str(shown.certificate["conclusion"])
     if method_of(shown) == "relu-ray":
         return "lets a solution grow without bound"
@@ -233,13 +216,7 @@ def destroys(shown: Refuted) -> str:
 
 
 def counterexample(shown: Refuted) -> str:
-    """The destabilising nonlinearity of a certificate in words, and the parameters of the plant if it has any.
-
-    Parameters
-    ----------
-    shown : Refuted
-        What the checker accepted.
-    """
+    """The destabilising nonlinearity of a certificate in words, and the parameters of the plant if it has any."""
     found, whole, system = _destabilising(_one(shown)), shown.certificate["proof"], shown.certificate["system"]
     if whole["method"] == "part":
         where = whole["channels"]
@@ -403,10 +380,7 @@ def _linear(shown: _Shown, gains: Sequence[str]) -> str:
 def constant_gains(gains: Sequence[str]) -> str:
     """Constant gains in words: ``phi = 2 sigma``, ``phi = 0``, or of several channels ``the constant gains 0.5, 0``.
 
-    Parameters
-    ----------
-    gains : sequence of str
-        The gains as they are to be read.
+    ``gains``: the gains as they are to be read.
     """
     if len(gains) > 1:
         return f"the constant gains {', '.join(gains)}"
@@ -426,13 +400,7 @@ def linear_gain(gain: Fraction) -> str:
 
 
 def method_of(shown: _Shown | Refuted) -> str:
-    """The method of a refutation, of one plant of a box that for this plant.
-
-    Parameters
-    ----------
-    shown : Refuted
-        What was accepted.
-    """
+    """The method of a refutation, of one plant of a box that for this plant; ``shown``: what was accepted."""
     return str(_proof(shown)["method"])
 
 
@@ -506,11 +474,6 @@ def proviso(shown: Proved) -> str:
 
     With ``D = H(inf)``, ``y = sigma + D phi(sigma)`` must determine ``sigma``.  Finite slope bounds of the class show
     it, where ``1 + D phi'`` keeps its sign; else the checker says what is assumed, and that is part of what is said.
-
-    Parameters
-    ----------
-    shown : Proved
-        What the checker accepted.
     """
     return f"for which {plain(shown.assumed)}" if shown.assumed else ""
 

@@ -49,11 +49,6 @@ def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """The function with linear algebra on one thread: with some hundred rows threads cost more than they save.
 
     Where more programs run than there are processors, they wait for each other many times as long as one would take.
-
-    Parameters
-    ----------
-    function : callable
-        What is called.
     """
 
     @wraps(function)

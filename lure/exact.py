@@ -52,10 +52,7 @@ def exact_number(value: object, name: str) -> Fraction:
 def nearest_double(value: float | Fraction) -> float:
     """The nearest double; an infinite one beyond their range.
 
-    Parameters
-    ----------
-    value : float or Fraction
-        An exact number, or an infinity.
+    ``value``: an exact number, or an infinity.
     """
     try:
         return float(value)
@@ -66,10 +63,7 @@ def nearest_double(value: float | Fraction) -> float:
 def square_root(value: Fraction) -> float:
     """The double nearest to the square root of an exact number, exact for the square of a double; ``inf`` on overflow.
 
-    Parameters
-    ----------
-    value : Fraction
-        A nonnegative number of any size.
+    ``value``: a nonnegative number of any size.
 
     Notes
     -----

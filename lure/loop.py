@@ -124,10 +124,7 @@ class Loop(Record, kw_only=False):
 def loop_rows(block: object, nonlinearity: object) -> Iterator[tuple[str, str]]:
     """What the table of a loop says about its two parts.
 
-    Parameters
-    ----------
-    block, nonlinearity : object
-        The parts; the nonlinearity may be missing.
+    ``block``, ``nonlinearity``: the parts; the nonlinearity may be missing.
     """
     from lure.nonlinearities.properties import nonlinearity_text
 

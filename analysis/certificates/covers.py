@@ -52,11 +52,6 @@ class CoverTests:
 def cover(tests: CoverTests) -> list[list[str]]:
     r"""Neighbouring intervals from 0 on, each of which passes its test, as does everything beyond the last.
 
-    Parameters
-    ----------
-    tests : CoverTests
-        The inequality.
-
     Returns
     -------
     list of [str, str]
@@ -91,10 +86,7 @@ def cover(tests: CoverTests) -> list[list[str]]:
 def cover_proof(draft: Mapping[str, Any]) -> dict[str, Any]:
     """The proof by a cover for a certificate that has everything else.
 
-    Parameters
-    ----------
-    draft : Mapping
-        With ``system``, ``laws``, ``theorem`` and ``multiplier``, so that :func:`has_delays`.
+    ``draft``: with ``system``, ``laws``, ``theorem`` and ``multiplier``, so that :func:`has_delays`.
 
     Returns
     -------
@@ -121,13 +113,7 @@ def cover_proof(draft: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def has_delays(draft: Mapping[str, Any]) -> bool:
-    """Whether the inequality of a certificate has terms with delay, so that polynomials do not decide it.
-
-    Parameters
-    ----------
-    draft : Mapping
-        The certificate, or what there is of it.
-    """
+    """Whether the inequality of a certificate has terms with delay, so that polynomials do not decide it."""
     delays = any("delay" in kernel for kernel in draft["multiplier"].get("kernels", ()))
     return draft["system"]["kind"] == "delay" or delays
 

@@ -180,12 +180,7 @@ class Asked(Protocol):
 def check_for_class(question: Asked, draft: Draft) -> Proved | Refuted:
     """What the checker makes of a draft, stated for exactly the class asked about; else for a larger one.
 
-    Parameters
-    ----------
-    question : Asked
-        The question.
-    draft : Mapping
-        A certificate without what the checker fills in, of a proof or a refutation.
+    ``draft``: a certificate without what the checker fills in, of a proof or a refutation.
 
     Raises
     ------
@@ -209,10 +204,7 @@ def check_for_class(question: Asked, draft: Draft) -> Proved | Refuted:
 def checked(draft: Draft) -> Proved | Refuted:
     """What the checker makes of the certificate of a draft, which read again from its text is the same.
 
-    Parameters
-    ----------
-    draft : Mapping
-        A certificate without what the checker fills in.
+    ``draft``: a certificate without what the checker fills in.
 
     Raises
     ------
@@ -228,10 +220,7 @@ def checked(draft: Draft) -> Proved | Refuted:
 def contains(larger: Mapping[str, Any], smaller: Mapping[str, Any]) -> bool:
     """Whether every nonlinearity of one class is in another, both as they stand in a certificate.
 
-    Parameters
-    ----------
-    larger, smaller : Mapping
-        ``laws`` of a certificate.
+    ``larger``, ``smaller``: ``laws`` of a certificate.
     """
     if "channels" in larger or "channels" in smaller:
         return _each_contains(larger, smaller)

@@ -26,10 +26,7 @@ SAME = 1e-9
 def slack(A: Reals, b: Reals, q: Reals, r: float) -> tuple[float, float]:
     r"""``(eps, delta)``, about largest, with ``r - delta + 2 Re q x >= eps |x|^2`` for ``x = (i omega - A)^{-1} b``.
 
-    Parameters
-    ----------
-    A, b, q, r : ndarray, ndarray, ndarray, float
-        Shapes ``(n, n)``, ``(n,)``, ``(n,)``; ``n >= 1``.
+    ``A``, ``b``, ``q``, ``r``: shapes ``(n, n)``, ``(n,)``, ``(n,)``; ``n >= 1``.
 
     Returns
     -------
@@ -93,10 +90,7 @@ def _frequencies(poles: NDArray[np.complex128]) -> Reals:
 def apart(points: Reals) -> Reals:
     """Points in ascending order, one of those that differ by rounding alone: neighbours then enclose a minimum.
 
-    Parameters
-    ----------
-    points : ndarray
-        Numbers, not negative.
+    ``points``: numbers, not negative.
     """
     ordered = np.unique(points)
     return np.asarray(ordered[np.append(True, np.diff(ordered) > SAME * ordered[1:])])

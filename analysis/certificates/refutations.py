@@ -291,12 +291,7 @@ def refutation_draft(
 def smallest_class(block: Block, witness: Witness) -> dict[str, Any]:
     """The smallest class of the witness, as in a certificate: from its lower bound to its largest gain.
 
-    Parameters
-    ----------
-    block : RationalPlant, DelayPlant or StateSpace
-        The block.
-    witness : Witness
-        The witness; its ``k`` is rounded up, and the exact one is taken from its data where they hold it.
+    ``witness``: the witness; its ``k`` is rounded up, and the exact one is taken from its data where they hold it.
     """
     data = witness.data
     if "pieces" in data:

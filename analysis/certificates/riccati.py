@@ -301,10 +301,8 @@ def _in_balls(inequality: Inequality, eps: float, delta: float, bits: int) -> li
 def stabilising(A: arb_mat, B: arb_mat, S: arb_mat, R: arb_mat, extra: arb_mat) -> list[list[Fraction]] | None:
     """Lower triangle of the stabilising ``P`` of ``A'P + PA + (PB - S) R^-1 (PB - S)' + extra = 0``; None without one.
 
-    Parameters
-    ----------
-    A, B, S, R, extra : arb_mat
-        Shapes ``(n, n)``, ``(n, m)``, ``(n, m)``, ``(m, m)`` and ``(n, n)``; the working precision is that outside.
+    ``A``, ``B``, ``S``, ``R``, ``extra``: shapes ``(n, n)``, ``(n, m)``, ``(n, m)``, ``(m, m)`` and ``(n, n)``; the
+    working precision is that outside.
     """
     n, inverse = A.nrows(), R.inv()
     moved, gain = (A - B * inverse * S.transpose()).tolist(), (B * inverse * B.transpose()).tolist()

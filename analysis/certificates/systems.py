@@ -26,10 +26,7 @@ from lure.plants.state_space import StateSpace
 def nonlinearity_entry(nonlinearity: object) -> dict[str, Any] | None:
     """``LAW`` of a certificate, all numbers exact; None for one that can only be declared to be in its class.
 
-    Parameters
-    ----------
-    nonlinearity : object
-        A nonlinearity of the library, or None.
+    ``nonlinearity``: a nonlinearity of the library, or None.
 
     Examples
     --------
@@ -61,11 +58,8 @@ def nonlinearity_entry(nonlinearity: object) -> dict[str, Any] | None:
 def system_of(block: object) -> dict[str, Any]:
     r"""The system of a certificate for a block, in ``sigma = H mu``, ``mu = -phi(sigma)``.
 
-    Parameters
-    ----------
-    block : RationalPlant, PlantFamily, ChannelFamily, DelayPlant, StateSpace, MultivariablePlant, DelayMatrix or so on
-        The block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices mean the
-        doubles they are.
+    ``block``: the block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices
+    mean the doubles they are.
 
     Returns
     -------
@@ -189,10 +183,7 @@ def class_entry(
 def class_entries(classes: Diagonal) -> dict[str, Any]:
     """The classes of several nonlinearities of a certificate, all bounds finite.
 
-    Parameters
-    ----------
-    classes : Diagonal
-        The class of each channel.
+    ``classes``: the class of each channel.
     """
     repeated = classes.repeated if isinstance(classes.repeated, bool) else list(classes.repeated)
     return {"channels": [class_entry(one, unbounded=False) for one in classes.classes], "repeated": repeated}
@@ -201,10 +192,7 @@ def class_entries(classes: Diagonal) -> dict[str, Any]:
 def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClass:
     """The class of nonlinearities of a certificate; every finite bound and none at all are the same infinite one.
 
-    Parameters
-    ----------
-    nonlinearities : Mapping
-        ``laws`` of a certificate.
+    ``nonlinearities``: ``laws`` of a certificate.
     """
 
     def bounds(ends: list[str]) -> tuple[float | Fraction, float | Fraction]:
@@ -236,10 +224,7 @@ def nonlinearity_class_of(nonlinearities: Mapping[str, Any]) -> NonlinearityClas
 def text(value: Fraction | float) -> str:
     """A number as text: ``p`` or ``p/q``, a double as the rational it is; ``inf`` and ``-inf``.
 
-    Parameters
-    ----------
-    value : Fraction or float
-        The number, not NaN.
+    ``value``: the number, not NaN.
     """
     if isinstance(value, float):
         return str(Fraction(value)) if math.isfinite(value) else "inf" if value > 0 else "-inf"

@@ -34,10 +34,7 @@ class GainsAround:
     def closed_by(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
         """The matrices of the loop with ``mu = -g sigma``: (.., n, n); with huge entries where there is no solution.
 
-        Parameters
-        ----------
-        gains : ndarray
-            (.., m), one of each channel.
+        ``gains``: (.., m), one of each channel.
         """
         m = gains.shape[-1]
         G = gains[..., None] * np.eye(m)
@@ -60,10 +57,7 @@ class GainSearch(GainsAround):
     def growth(self, gains: NDArray[np.float64]) -> NDArray[np.float64]:
         """The largest real part of the eigenvalues, in discrete time the largest modulus less 1, for gains (.., m).
 
-        Parameters
-        ----------
-        gains : ndarray
-            (.., m).
+        ``gains``: (.., m).
         """
         values = np.linalg.eigvals(self.closed_by(gains))
         return np.asarray(self._grows(np.asarray(values, dtype=complex)).max(axis=-1))
@@ -138,10 +132,7 @@ class GainSearch(GainsAround):
 
         The determinant is affine in each gain of its own, so that it vanishes at a vertex first.
 
-        Parameters
-        ----------
-        most : float
-            The largest factor of interest.
+        ``most``: the largest factor of interest.
         """
         if not self.D.any() or len(self.blocks) > _MOST_CORNERS:
             return None
@@ -201,10 +192,7 @@ class GainSearch(GainsAround):
     def found(self, least: float, most: float) -> tuple[float, NDArray[np.float64]] | None:
         """The smallest factor that was found with its ``tau``; None if there is none up to ``most``.
 
-        Parameters
-        ----------
-        least, most : float
-            The factors of interest; at ``least`` a class may be a single gain.
+        ``least``, ``most``: the factors of interest; at ``least`` a class may be a single gain.
         """
         scales = self.scales()
         scales = np.unique(np.concatenate([scales, [max(least, 0.0) * (1 + 1e-9), 2 * max(least, 0.0)]]))
@@ -348,10 +336,7 @@ class LateGains:
     def crossing(self, shares: NDArray[np.float64]) -> Crossing | None:
         """The smallest factor at which gains in this direction have a root on the axis; None if none.
 
-        Parameters
-        ----------
-        shares : ndarray
-            One for each block.
+        ``shares``: one for each block.
         """
         G = self._gains(shares)
         values = np.linalg.eigvals(-self.H * G)
@@ -433,12 +418,7 @@ class LateGains:
     def proofs(self, one: Crossing, channels: int) -> Iterator[tuple[float, dict[str, Any]]]:
         """Factors, and proofs that gains of the classes of these have a root on the axis.
 
-        Parameters
-        ----------
-        one : Crossing
-            A crossing.
-        channels : int
-            Of so many, the first, the gains are stated.
+        ``channels``: of so many, the first, the gains are stated.
         """
         G = one.size * self._gains(one.shares)
         for width in _WIDTHS:

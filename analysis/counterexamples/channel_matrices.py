@@ -38,10 +38,7 @@ class MatrixGains:
     def found(self, most: float) -> Iterator[tuple[Fraction, list[list[Fraction]]]]:
         """Factors and matrices of all channels that let a solution grow, the least factor that was found first.
 
-        Parameters
-        ----------
-        most : float
-            The largest factor of interest; finite: of this factor.
+        ``most``: the largest factor of interest; finite: of this factor.
         """
         random = np.random.default_rng(0)
         starts = [np.eye(len(self.D)), -np.eye(len(self.D))]

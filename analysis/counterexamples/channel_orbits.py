@@ -59,10 +59,7 @@ class Course(NamedTuple):
     def numbers(self, bits: int) -> dict[str, Any]:
         """State and durations to so many bits after the point, and the inverse of the Jacobian there.
 
-        Parameters
-        ----------
-        bits : int
-            How many.
+        ``bits``: how many.
 
         Raises
         ------
@@ -99,10 +96,7 @@ class Course(NamedTuple):
     def shot(self, unknowns: Sequence[arb]) -> arb_mat:
         """``[F, F']`` at first state and durations: what closure and entries miss, and the derivative.
 
-        Parameters
-        ----------
-        unknowns : sequence of arb
-            First state, then durations.
+        ``unknowns``: first state, then durations.
         """
         n, sign, m = len(self.state), -1 if self.half else 1, len(unknowns)
         start = [*unknowns[:n], arb(1)]
@@ -158,12 +152,7 @@ def exact_sides(
 ) -> tuple[list[tuple[Fraction, Fraction]], Fraction, Fraction]:
     """Points of a staircase, (0, 0) among them, and its slopes to the left and to the right.
 
-    Parameters
-    ----------
-    sides : tuple of (Side, Side)
-        To the right and to the left of 0.
-    low, high : Fraction
-        The slopes.
+    ``sides``: to the right and to the left of 0.
     """
     found, tails = list[list[tuple[Fraction, Fraction]]](), list[Fraction]()
     for side in sides:
@@ -364,13 +353,7 @@ def near_fold(
 
 
 def proofs(found: Found) -> Iterator[dict[str, Any]]:
-    """Proofs by ``flow-orbit``, with numbers of more and more digits.
-
-    Parameters
-    ----------
-    found : Found
-        The solution.
-    """
+    """Proofs by ``flow-orbit``, with numbers of more and more digits."""
     for bits in LADDER[:2]:
         try:
             numbers = found.course.numbers(bits)
@@ -476,12 +459,7 @@ class MemoryLoop(NamedTuple):
     def course(self, slope: Fraction, state: list[Fraction], durations: list[Fraction]) -> Course | None:
         """The solution near a first state and durations; None if there is none, or not of this shape.
 
-        Parameters
-        ----------
-        slope : Fraction
-            The slope.
-        state, durations : list of Fraction
-            (n + 1,) and (2,).
+        ``state``, ``durations``: (n + 1,) and (2,).
         """
         checkpoint()
         found = Course(self.stays(slope), state, durations, half=True).closed()
@@ -490,10 +468,7 @@ class MemoryLoop(NamedTuple):
     def least(self, known: float, most: float) -> Iterator[tuple[Fraction, Course]]:
         """Slopes between two with a solution each, the least found first.
 
-        Parameters
-        ----------
-        known, most : float
-            A slope up to which there is none, and one above which none is sought.
+        ``known``, ``most``: a slope up to which there is none, and one above which none is sought.
         """
         tried = [one for one in self.guesses() if one.slope < most * 2]
         for guess in tried[:: max(1, len(tried) // _KEPT)][:_KEPT]:
@@ -530,12 +505,7 @@ class MemoryLoop(NamedTuple):
 def memory_proofs(course: Course, gains: list[Fraction]) -> Iterator[dict[str, Any]]:
     """Proofs by ``memory-orbit``, with numbers of more and more digits.
 
-    Parameters
-    ----------
-    course : Course
-        The solution.
-    gains : list of Fraction
-        One for each channel, the slope of the play or stop among them.
+    ``gains``: one for each channel, the slope of the play or stop among them.
     """
     for bits in LADDER[:2]:
         try:

@@ -39,23 +39,11 @@ class Hysteron(NamedTuple):
     slope: float
 
     def alone(self, sigma: Reals) -> Reals:
-        """The output from ``p = 0``, ``sigma`` being monotone.
-
-        Parameters
-        ----------
-        sigma : ndarray
-            Input.
-        """
+        """The output from ``p = 0``, ``sigma`` being monotone; ``sigma``: input."""
         return self.of(sigma, np.clip(sigma, -1.0, 1.0))
 
     def of(self, sigma: Reals, xi: Reals) -> Reals:
-        """The output.
-
-        Parameters
-        ----------
-        sigma, xi : ndarray
-            Input, and its distance from ``p``.
-        """
+        """The output; ``sigma``, ``xi``: input, and its distance from ``p``."""
         inner = np.clip(xi, -1.0, 1.0)
         return np.asarray(self.slope * (inner if self.stop else sigma - inner))
 

@@ -169,15 +169,7 @@ class SwitchedGains(GainsAround):
         return [float(v) for v in found[np.unique(np.linspace(0, len(found) - 1, 8).astype(int))]]
 
     def at(self, ends: NDArray[np.int_], alpha: float) -> list[tuple[float, Pattern]]:
-        """Patterns with growth at a factor, the best first.
-
-        Parameters
-        ----------
-        ends : ndarray
-            (k, m), the set.
-        alpha : float
-            The factor.
-        """
+        """Patterns with growth at a factor, the best first; ``ends``: (k, m), the set."""
         found: dict[Pattern, float] = {}
         closed = self.closed(ends, alpha)
         for period in self._periods(closed):
@@ -246,14 +238,7 @@ class SwitchedGains(GainsAround):
     def threshold(self, ends: NDArray[np.int_], pattern: Pattern, low: float, high: float) -> float:
         """The factor where the growth of a pattern vanishes, if it grows at ``high`` and not at ``low``.
 
-        Parameters
-        ----------
-        ends : ndarray
-            (k, m), the set.
-        pattern : Pattern
-            Of it.
-        low, high : float
-            Factors.
+        ``ends``: (k, m), the set.
         """
 
         def value(alpha: float) -> float:
@@ -470,10 +455,7 @@ def _squared(power: Reals) -> tuple[Reals, Reals]:
 def exponentials(X: Reals) -> Reals:
     """``exp`` of each of many small matrices: Taylor's formula to order 15, and squarings.
 
-    Parameters
-    ----------
-    X : ndarray
-        (.., n, n).
+    ``X``: (.., n, n).
     """
     size = float(np.abs(X).sum(axis=-1).max())
     halvings = max(0, math.ceil(math.log2(max(size, 1e-300))) + 1) if size < 2.0**40 else 41

@@ -112,12 +112,7 @@ def balanced_starts(loop: BatchLoop, low: float, high: float) -> Starts:
     the loop with that gain stops to decay, or decays least, its eigenvector of amplitude ``A`` is taken.  A hint and no
     more.
 
-    Parameters
-    ----------
-    loop : BatchLoop
-        The loop.
-    low, high : float
-        Least and largest scale of the nonlinearity.
+    ``low``, ``high``: least and largest scale of the nonlinearity.
     """
     amplitudes = np.geomspace(0.3 * low, 300 * high, _AMPLITUDES)
     sines = np.sin((np.arange(_PHASES) + 0.5) * 2 * math.pi / _PHASES)

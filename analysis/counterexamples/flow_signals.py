@@ -94,14 +94,7 @@ class Cut(NamedTuple):
     def of(cls, loop: Loop, lines: Reals, most: int = _STEPS[1]) -> Cut | None:
         """Steps for a loop with such slopes; None where it is too fast for its memory.
 
-        Parameters
-        ----------
-        loop : Loop
-            The loop.
-        lines : ndarray
-            (functions, 2).
-        most : int
-            Steps.
+        ``lines``: (functions, 2).
         """
         fast, wide = _speed(loop, lines)
         if not 0 < fast < 1e9:

@@ -70,25 +70,13 @@ class LateRoots:
         return min(max(_LEAST_NODES, math.ceil(4 * size)), _MOST_NODES)
 
     def closed(self, gains: Reals) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
-        """``A_0`` and the ``A_k`` with ``mu = -g sigma``.
-
-        Parameters
-        ----------
-        gains : ndarray
-            (m,), one of each channel.
-        """
+        """``A_0`` and the ``A_k`` with ``mu = -g sigma``; ``gains``: (m,), one of each channel."""
         A, B, C, D = self.sides
         closed = np.linalg.solve(np.eye(len(D)) + np.diag(gains) @ D, np.diag(gains))
         return A - B @ closed @ C, [own - B @ closed @ side for own, side in zip(self.back, self.seen, strict=True)]
 
     def spectrum(self, gains: Reals) -> NDArray[np.complex128]:
-        """Eigenvalues of the collocated generator, the rightmost first.
-
-        Parameters
-        ----------
-        gains : ndarray
-            (m,), one of each channel.
-        """
+        """Eigenvalues of the collocated generator, the rightmost first; ``gains``: (m,), one of each channel."""
         checkpoint()
         now, later = self.closed(gains)
         weights, turn = _collocation(self._nodes, self.delays)
@@ -101,10 +89,7 @@ class LateRoots:
     def rightmost(self, gains: Reals) -> complex:
         """The rightmost root to which Newton's method goes; of a pair that with ``Im s >= 0``.
 
-        Parameters
-        ----------
-        gains : ndarray
-            (m,), one of each channel.
+        ``gains``: (m,), one of each channel.
         """
         now, later = self.closed(gains)
         one, found, starts = np.eye(len(now)), list[complex](), self.spectrum(gains)
@@ -430,10 +415,7 @@ class LateSwitching:
     def slower(self, rate: float) -> Iterator[tuple[Fraction, LatePattern]]:
         """Patterns of the classes themselves that decay more slowly than a rate, and what rates they seem to refute.
 
-        Parameters
-        ----------
-        rate : float
-            That of constant gains.
+        ``rate``: that of constant gains.
         """
         if not any(self.varying) or self.plant.rates or not 0 < self.plant.order <= _MOST_STATES:
             return

@@ -196,12 +196,7 @@ class MemberSearch:
         With ``l^* H Delta r = lambda`` an operator of a block enlarges ``|lambda|`` fastest if it turns ``r`` onto
         ``l^* H``: the power iteration for the structured singular value (Packard, Fan and Doyle 1988).
 
-        Parameters
-        ----------
-        blocks : sequence of sequence of int
-            The channels of each operator.
-        radii : ndarray
-            Their norms.
+        ``radii``: their norms.
         """
         rng, m, best = np.random.default_rng(_SEED), len(self.D), 0.0
         shape = (m, m)
@@ -305,12 +300,7 @@ class MemberSearch:
     def exact_gains(self, found: Found, lower: Sequence[Fraction], upper: Sequence[Fraction]) -> list[Fraction]:
         """The gains of a member, at the ends of the classes exactly; the lower ones for operators.
 
-        Parameters
-        ----------
-        found : Found
-            The member.
-        lower, upper : sequence of Fraction
-            Bounds of the classes.
+        ``lower``, ``upper``: bounds of the classes.
         """
         gains = list(lower)
         for block in self.functions:

@@ -127,10 +127,7 @@ def solve_games(games: Reals) -> Solved:
     The value is nonnegative exactly if ``B d >= 0`` has a solution ``d >= 0`` other than 0.  Floating point: a
     proposal, never a proof.
 
-    Parameters
-    ----------
-    games : ndarray
-        (m, n, n).
+    ``games``: (m, n, n).
 
     Notes
     -----

@@ -305,12 +305,7 @@ def proved(loop: PiecewiseLoop, orbit: Itinerary) -> bool:
     near each end because ``y`` starts on the level and ``y'`` keeps its sign, elsewhere by bounds on subintervals.  All
     of it in ball arithmetic, for the exact nonlinearity and block.
 
-    Parameters
-    ----------
-    loop : PiecewiseLoop
-        The loop.
-    orbit : Itinerary
-        Candidate, refined.
+    ``orbit``: candidate, refined.
 
     Returns
     -------

@@ -60,10 +60,7 @@ class ScaledOrbits:
     def better(self, known: float, most: float) -> Iterator[ExactOrbit]:
         """Solutions that fall more slowly than at a rate, each more slowly than the last.
 
-        Parameters
-        ----------
-        known, most : float
-            The rate that is known, and one that no solution exceeds.
+        ``known``, ``most``: the rate that is known, and one that no solution exceeds.
         """
         for q in PERIODS:
             for turn in (-1, 1):

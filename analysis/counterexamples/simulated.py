@@ -85,10 +85,7 @@ def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
 def nonlinearity_entry(witness: Witness) -> Graph:
     """The piecewise-linear nonlinearity of a periodic orbit.
 
-    Parameters
-    ----------
-    witness : Witness
-        With ``points`` in its data, and the slopes beyond them where they are not 0.
+    ``witness``: with ``points`` in its data, and the slopes beyond them where they are not 0.
     """
     points = [(Fraction(x), Fraction(y)) for x, y in cast("Sequence[Sequence[str]]", witness.data["points"])]
     return Graph.through(points, *(Fraction(str(witness.data.get(side, 0))) for side in ("left_slope", "right_slope")))

@@ -341,12 +341,7 @@ def circle_reach(plant: TransferPolynomials, lower: Fraction) -> tuple[float, fl
 def growing(system: Realisation, gains: Sequence[Fraction], times: Sequence[Fraction]) -> bool:
     r"""Whether a loop with these gains for these times, over and over, is proved to have solutions that grow.
 
-    Parameters
-    ----------
-    system : Realisation
-        The block.
-    gains, times : sequence of Fraction
-        ``mu = -gain sigma`` for each time [s] in turn.
+    ``gains``, ``times``: ``mu = -gain sigma`` for each time [s] in turn.
 
     Returns
     -------

@@ -273,12 +273,7 @@ def _flow_of(system: Realisation, graph: Graph | None) -> Flow | None:
 def natural_frequency(block: RationalPlant, gain: Fraction) -> Fraction:
     """A power of two near the geometric mean of the sizes of the loop's poles other than 0 [rad/s].
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.
-    gain : Fraction
-        The gain ``k`` of the loop with ``mu = -k sigma``.
+    ``gain``: the gain ``k`` of the loop with ``mu = -k sigma``.
     """
     n, d = block.numerator, block.denominator
     padded = (*[Fraction(0)] * (len(d) - len(n)), *n)

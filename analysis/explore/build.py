@@ -108,10 +108,7 @@ def asked(given: NonlinearityClass | None) -> dict[str, str]:
 def page_text(state: dict[str, str]) -> str:
     """The page itself: one HTML file with its style and its modules.
 
-    Parameters
-    ----------
-    state : dict
-        The fields that it opens with.
+    ``state``: the fields that it opens with.
     """
     source = files("lure.analysis.explore") / "page"
     modules = {f"lure/{one.name}": one.read_text("utf-8") for one in source.iterdir() if one.name.endswith(".js")}

@@ -57,13 +57,7 @@ def asset(name: str, data: bytes) -> str:
 
 
 def content(script: str) -> bytes:
-    """The bytes of a file from its script.
-
-    Parameters
-    ----------
-    script : str
-        What :func:`asset` has returned.
-    """
+    """The bytes of a file from its script; ``script``: what :func:`asset` has returned."""
     return gzip.decompress(base64.b64decode(script.rpartition(', "')[2].removesuffix('");\n')))
 
 

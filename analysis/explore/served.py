@@ -109,10 +109,7 @@ def field(name: str, work: Callable[[], Any]) -> Any:  # noqa: ANN401  (what the
 def plant_of(given: Given) -> tuple[RationalPlant, LoopSystem | None]:
     """The block that the fields describe, and the built-in loop if it is one.
 
-    Parameters
-    ----------
-    given : Mapping of str to str
-        ``system``, or ``transfer``, or ``num`` and ``den``; ``dt``, empty for continuous time.
+    ``given``: ``system``, or ``transfer``, or ``num`` and ``den``; ``dt``, empty for continuous time.
 
     Raises
     ------
@@ -151,12 +148,7 @@ def plant_of(given: Given) -> tuple[RationalPlant, LoopSystem | None]:
 
 
 def plant_answer(given: Given) -> dict[str, Any]:
-    """The block in words and in doubles, to be drawn.
-
-    Parameters
-    ----------
-    given : Mapping of str to str
-        The fields of the page.
+    """The block in words and in doubles, to be drawn; ``given``: the fields of the page.
 
     Raises
     ------
@@ -194,10 +186,7 @@ def _dropped(given: Given) -> str:
 def largest_answer(given: Given) -> dict[str, Any]:
     """How far the classes are stable, from both sides: what ``lure max-sector --json`` and ``max-slope`` print.
 
-    Parameters
-    ----------
-    given : Mapping of str to str
-        The fields of the page.
+    ``given``: the fields of the page.
     """
     block, _ = plant_of(given)
     kind, lower = _kind(given), _lower(given)
@@ -235,10 +224,7 @@ def largest_answer(given: Given) -> dict[str, Any]:
 def class_answer(given: Given) -> dict[str, Any]:
     """The verdict on exactly the class asked about: what ``lure certify`` says.
 
-    Parameters
-    ----------
-    given : Mapping of str to str
-        The fields of the page.
+    ``given``: the fields of the page.
     """
     block, _ = plant_of(given)
     asked = _class(given)
@@ -251,10 +237,7 @@ def line_answer(given: Given) -> dict[str, Any]:
 
     For a class that depends on time, and in discrete time, the multiplier is 1, and ``theta`` is not looked at.
 
-    Parameters
-    ----------
-    given : Mapping of str to str
-        The fields of the page.
+    ``given``: the fields of the page.
     """
     block, _ = plant_of(given)
     asked = _class(given)

@@ -172,12 +172,7 @@ _FAR = 1e100
 def solutions(loop: ForcedLoop, wave: Wave) -> list[Balanced]:
     """Steady solutions with up to three periods of the input, no two alike, the smallest first.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop, in continuous time.
-    wave : Wave
-        The input.
+    ``loop``: the loop, in continuous time.
     """
     found = list[Balanced]()
     for start in (*_settled(loop, wave), *_random(loop, wave)):

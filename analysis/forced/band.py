@@ -48,12 +48,7 @@ class Residual:
     def filtered(self, loop: ForcedLoop, smooth: Sequence[arb]) -> Filtered:
         """What the loop around the gains makes of it.
 
-        Parameters
-        ----------
-        loop : ForcedLoop
-            The loop.
-        smooth : sequence of arb
-            What :meth:`ForcedLoop.smoothing` says at this frequency.
+        ``smooth``: what :meth:`ForcedLoop.smoothing` says at this frequency.
         """
         means, tops = list[arb](), list[arb]()
         direct = [sum((abs(arb(v)) for v in row), arb(0)) for row in loop.D.tolist()]

@@ -62,12 +62,7 @@ class Existing:
 def existing(loop: ForcedLoop, found: Balanced) -> Existing | None:
     """The solution near a balance; None where the argument does not show one.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop, ``sigma`` and ``z`` without direct terms from ``nu``.
-    found : Balanced
-        The balance.
+    ``loop``: the loop, ``sigma`` and ``z`` without direct terms from ``nu``.
     """
     if any(v != 0 for row in loop.D.tolist() for v in row):
         return None

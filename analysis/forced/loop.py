@@ -33,12 +33,7 @@ Curve = Callable[[arb], tuple[arb, arb, arb]]
 
 
 def curve_of(nonlinearity: Nonlinearity) -> Curve:
-    """The enclosures of a nonlinearity.
-
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        Piecewise linear, named or a formula.
+    """The enclosures of a nonlinearity; ``nonlinearity``: piecewise linear, named or a formula.
 
     Raises
     ------
@@ -70,10 +65,7 @@ def curve_of(nonlinearity: Nonlinearity) -> Curve:
 def polynomial_of(nonlinearity: Nonlinearity) -> fmpq_poly | None:
     """A nonlinearity that is a polynomial; None for others.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        One that has enclosures.
+    ``nonlinearity``: one that has enclosures.
     """
     known = known_nonlinearity(nonlinearity, -math.inf, math.inf)
     ratios = [piece.ratio for piece in known.pieces] if known is not None else [None]
@@ -248,12 +240,7 @@ class ForcedLoop:
     def responses(self, omega: float, count: int) -> tuple[Complexes, Complexes]:
         """From harmonics ``0, ..., count`` of ``nu`` and of ``w`` to those of ``(sigma, z)``, in floating point.
 
-        Parameters
-        ----------
-        omega : float
-            The frequency [rad/s].
-        count : int
-            How many harmonics.
+        ``omega``: the frequency [rad/s]; ``count``: how many harmonics.
         """
         A, B, C, D, E, F = self.doubles
         points = 1j * omega * np.arange(count + 1)
@@ -263,13 +250,7 @@ class ForcedLoop:
         return whole[..., : self.channels], whole[..., self.channels :]
 
     def resonance(self, omega: float) -> float:
-        """How near an eigenvalue of ``A`` is to a multiple of ``i omega``, relative, in floating point: 0 at one.
-
-        Parameters
-        ----------
-        omega : float
-            The frequency [rad/s].
-        """
+        """How near an eigenvalue of ``A`` is to a multiple of ``i omega``, relative, in doubles; ``omega`` in rad/s."""
         values = np.linalg.eigvals(self.doubles[0])
         nearest = 1j * omega * np.round(values.imag / omega)
         return float((np.abs(values - nearest) / (np.abs(values) + omega)).min(initial=1.0))
@@ -277,10 +258,7 @@ class ForcedLoop:
     def size(self, omega: float) -> float:
         """The largest ``|sigma_i|`` that a ``nu_j`` of amplitude 1 makes, in floating point; 1 where it makes none.
 
-        Parameters
-        ----------
-        omega : float
-            The frequency [rad/s], that of no eigenvalue.
+        ``omega``: the frequency [rad/s], that of no eigenvalue.
         """
         A, B, C, *_ = self.doubles
         found = C[: self.channels] @ np.linalg.solve(1j * omega * np.eye(len(A)) - A, B.astype(complex))
@@ -330,10 +308,7 @@ class ForcedLoop:
 
         ``M = (1 - e^(AT))^-1 B``: the periodic solution is the convolution with ``g`` over a period.
 
-        Parameters
-        ----------
-        omega : Fraction
-            The frequency [rad/s]; 0 for constant signals.
+        ``omega``: the frequency [rad/s]; 0 for constant signals.
         """
         with working_precision(_BITS):
             return self._smoothing(omega)

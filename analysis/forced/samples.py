@@ -198,12 +198,7 @@ def refined(loop: ForcedLoop, found: Balanced, count: int) -> Balanced:
 def settled(loop: ForcedLoop, wave: Wave) -> Balanced:
     """So many harmonics that the band is narrow, or as many as are enclosed in half a second.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop.
-    wave : Wave
-        The input, its frequency the angle between two samples.
+    ``wave``: the input, its frequency the angle between two samples.
     """
     found = balanced(loop, wave, np.zeros((loop.channels, 1), complex), _COUNTS[0])
     for count in _COUNTS:

@@ -132,11 +132,8 @@ def drawable(system: object) -> Drawable:
 
     Infinite values of a measurement are left out.
 
-    Parameters
-    ----------
-    system : object
-        Whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop with a ``block``; of plants
-        with parameters in a box the one in its middle is drawn.
+    ``system``: whatever :func:`lure.as_plant` takes, a ``StructuredPlant`` such as a rod, or a loop with a ``block``;
+    of plants with parameters in a box the one in its middle is drawn.
 
     Raises
     ------

@@ -42,10 +42,7 @@ ROUNDING = 1e-11  # of the size of a curve: closer than this it touches
 def least(distances: NDArray[np.float64]) -> int | None:
     """Where the least finite distance stands; None where there is none.
 
-    Parameters
-    ----------
-    distances : ndarray
-        (m,) distances, nan or infinite where there is nothing to see.
+    ``distances``: (m,) distances, nan or infinite where there is nothing to see.
     """
     seen = np.where(np.isfinite(distances), distances, np.inf)
     return int(np.argmin(seen)) if np.isfinite(seen).any() else None
@@ -290,13 +287,7 @@ def block_text(block: Drawable) -> str:
 
 
 def span_text(omega: NDArray[np.float64]) -> str:
-    """Where a curve was evaluated.
-
-    Parameters
-    ----------
-    omega : ndarray
-        (m,) frequencies [rad/s].
-    """
+    """Where a curve was evaluated; ``omega``: (m,) frequencies [rad/s]."""
     return f"at {omega.size} frequencies from {omega[0]:.4g} to {omega[-1]:.4g} rad/s"
 
 
@@ -321,14 +312,7 @@ def bound(value: object, name: str) -> float | Fraction:
 
 
 def upper_end(k: object, lower: Fraction) -> float | Fraction:
-    """The upper end of a sector, which lies above the lower one.
-
-    Parameters
-    ----------
-    k : object
-        A number.
-    lower : Fraction
-        The lower end.
+    """The upper end of a sector, which lies above the lower one; ``k``: a number.
 
     Raises
     ------

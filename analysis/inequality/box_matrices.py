@@ -34,13 +34,7 @@ class Found(NamedTuple):
     gain: float
 
     def entry(self, *, popov: bool) -> dict[str, Any]:
-        """As they stand in a certificate.
-
-        Parameters
-        ----------
-        popov : bool
-            Whether the theorem has ``theta``.
-        """
+        """As they stand in a certificate; ``popov``: whether the theorem has ``theta``."""
         smallest = float(np.abs(np.diag(self.P[0])).min())
         exponent = max(0, _BITS - int(np.floor(np.log2(max(smallest, 1e-300)))))
         rows = [
@@ -89,10 +83,7 @@ class BoxMatrices:
     def at(self, points: Reals) -> tuple[Reals, list[Reals]]:
         """The common denominator, (N,), and ``A``, ``B``, ``C``, ``D`` times it, (N, .., ..).
 
-        Parameters
-        ----------
-        points : ndarray
-            (N, parameters).
+        ``points``: (N, parameters).
         """
         powers, common = np.array([one[0] for one in self.terms]), np.array([one[1] for one in self.terms])
         shares = np.prod(points[:, None, :] ** powers, axis=2)
@@ -194,10 +185,7 @@ class BoxMatrices:
     def widest(self, box: Box) -> int:
         """The parameter that changes the plants most over a box, constant ones first.
 
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
+        ``box``: where the parameters are.
         """
         middle = [float(low + high) / 2 for low, high in box]
         units = self._units(box, np.tile([0.0, 1.0], (len(self.family.pattern), 1)))

@@ -135,13 +135,7 @@ class Look:
         return values
 
     def widest(self, box: Box) -> int:
-        """The parameter that changes the plants most over a box.
-
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
-        """
+        """The parameter that changes the plants most over a box; ``box``: where the parameters are."""
         changes = self._changes(box)
         return max(range(len(box)), key=changes.__getitem__)
 
@@ -161,15 +155,7 @@ class Look:
 
 
 def poles(plant: RationalPlant, gain: Fraction) -> NDArray[np.complex128]:
-    """The poles of the loop with a gain, in floating point.
-
-    Parameters
-    ----------
-    plant : RationalPlant
-        The plant.
-    gain : Fraction
-        ``mu = -gain sigma``.
-    """
+    """The poles of the loop with a gain, in floating point; ``gain``: ``mu = -gain sigma``."""
     n, d = ([float(c) for c in side] for side in (plant.numerator, plant.denominator))
     return np.asarray(np.roots(np.polyadd(d, float(gain) * np.array(n))), dtype=complex)
 
@@ -303,10 +289,7 @@ class LateLook(Look):
     def widest(self, box: Box) -> int:
         """The parameter that changes the plants most over a box, by its share of the dead time, too.
 
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
+        ``box``: where the parameters are.
         """
         changes = self._changes(box)
         k = float(self.gains[1])

@@ -50,10 +50,7 @@ class ChannelWindows(ShiftedLoop):
     def forms(self, widths: NDArray[np.float64]) -> list[Reals] | None:
         """A form for each block that serves with a margin, None if there are none; last the weights of the operators.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) of the shifted slopes.
+        ``widths``: (m,) of the shifted slopes.
         """
         known: Reals | None = None
         best = -math.inf

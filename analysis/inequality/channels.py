@@ -128,10 +128,7 @@ class ManyChannels(ShiftedLoop):
     def weights(self, widths: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """``lambda`` that serves at the frequencies, None if there is none or it was not found.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) of the shifted sectors.
+        ``widths``: (m,) of the shifted sectors.
         """
         m, core = len(widths), np.ones(len(widths)) / len(widths)
         for _ in range(_ROUNDS):

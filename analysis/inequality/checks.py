@@ -32,12 +32,7 @@ def encirclements(block: RationalPlant, kappa: Fraction) -> Encirclements:
     (the unit circle from ``-pi`` to ``pi``), closed on the right and indented to the right of poles on it, the plot
     encircles the point ``P_open - P_closed`` times counterclockwise.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.
-    kappa : Fraction
-        A gain that is not zero.
+    ``kappa``: a gain that is not zero.
 
     Raises
     ------
@@ -87,14 +82,7 @@ def region(sector: Sector) -> str:
 def encirclement_condition(block: RationalPlant, sector: Sector, inside: Fraction) -> str:
     """The encirclement condition of the circle criterion for a sector, with the counts that were found.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.
-    sector : Sector
-        The sector.
-    inside : Fraction
-        A gain of the sector, not zero and with no closed-loop pole on the axis.
+    ``inside``: a gain of the sector, not zero and with no closed-loop pole on the axis.
 
     Notes
     -----

@@ -43,13 +43,7 @@ class Group(NamedTuple):
     channels: tuple[int, ...]
 
     def sides(self, u: Samples, v: Samples) -> tuple[Samples, Samples]:
-        """What the products of the form are of.
-
-        Parameters
-        ----------
-        u, v : ndarray
-            The samples.
-        """
+        """What the products of the form are of; ``u``, ``v``: the samples."""
         return (v, u + v) if "falling" in self.kind else (u, u + v) if "rising" in self.kind else (u, v)
 
 
@@ -207,10 +201,7 @@ class CoupledForms(ChannelSearch):
 
         Nor are there any where numbers leave the doubles.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
+        ``widths``: (m,) upper bounds less lower ones.
         """
         try:
             with np.errstate(over="raise", invalid="raise"):

@@ -407,15 +407,7 @@ class Delayed:
 
 
 def raised(gains: Bracket, lower: Fraction) -> Bracket:
-    """Gains above a lower one, rounded outwards.
-
-    Parameters
-    ----------
-    gains : Bracket
-        In ``phi - lower sigma``.
-    lower : Fraction
-        The lower one.
-    """
+    """Gains above a lower one, rounded outwards; ``gains``: in ``phi - lower sigma``."""
     if not lower:
         return gains
     high = math.inf if gains.high == math.inf else double_above(Fraction(gains.high) + lower)

@@ -329,12 +329,7 @@ def even(block: Block, start: Matrix) -> Block:
 
     A width of 10^6 is else beside a rate of 1, and where the solver stops depends on how the processor rounds.
 
-    Parameters
-    ----------
-    block : Block
-        The inequality.
-    start : ndarray
-        (K,) values of the unknowns.
+    ``start``: (K,) values of the unknowns.
     """
     value = block.constant + np.tensordot(start, block.slopes, 1)
     scale = np.maximum(np.abs(np.diag(value)), 1e-12 * np.abs(value).max()) ** -0.5

@@ -53,10 +53,7 @@ class FullBlock(NamedTuple):
 def signs(m: int) -> list[tuple[int, ...]]:
     """The patterns of signs of ``m`` channels, the first positive, in the order of a certificate.
 
-    Parameters
-    ----------
-    m : int
-        Number of channels.
+    ``m``: number of channels.
     """
     return [(1, *rest) for rest in product((1, -1), repeat=m - 1)]
 

@@ -58,12 +58,7 @@ class GainBox(ChannelSearch):
     def values(self, gains: Reals, omega: Reals) -> NDArray[np.complex128]:
         """Bernstein's coefficients of ``p(i omega, G)``, up to a positive factor for each ``omega``: (.., frequencies).
 
-        Parameters
-        ----------
-        gains : ndarray
-            (vertices, m).
-        omega : ndarray
-            Frequencies.
+        ``gains``: (vertices, m).
         """
         n, m = self.B.shape
         s = 1j * omega
@@ -100,10 +95,7 @@ class GainBox(ChannelSearch):
     def tree(self, low: list[Fraction], high: list[Fraction]) -> dict[str, Any] | None:
         """The tree of a certificate for the box; None where a gain of it seems to have a root on the axis.
 
-        Parameters
-        ----------
-        low, high : list of Fraction
-            Ends of the gain of each block.
+        ``low``, ``high``: ends of the gain of each block.
         """
         n, m = self.B.shape
         self.most = min(self.leaves + _LEAVES, _ALL_LEAVES)

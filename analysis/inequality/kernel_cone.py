@@ -159,10 +159,7 @@ class KernelCone:
     def look_at(self, omega: NDArray[np.float64]) -> None:
         """Add frequencies to those at which the inequality is evaluated.
 
-        Parameters
-        ----------
-        omega : ndarray
-            Frequencies, infinity among them or not [rad/s].
+        ``omega``: frequencies, infinity among them or not [rad/s].
         """
         new = np.setdiff1d(omega, self.omega)
         states, H = self.plant.response(new)
@@ -173,13 +170,7 @@ class KernelCone:
         self.turned = np.concatenate([self.turned, self.plant.turned(new, states, H)])[order]
 
     def signs(self, i: int) -> tuple[int, ...]:
-        """The signs that kernels in a row may have.
-
-        Parameters
-        ----------
-        i : int
-            The row.
-        """
+        """The signs that kernels in a row may have."""
         return (1, -1) if self.odd[i] else (1,)
 
     def largest(self, widths: Widths, start: float, most: float) -> Found | None:
@@ -254,10 +245,7 @@ class KernelCone:
     def known(self, widths: NDArray[np.float64]) -> Found | None:
         """The multiplier found last, if it serves for these widths at the frequencies looked at.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
+        ``widths``: (m,) upper bounds less lower ones.
         """
         if self.last is None:
             return None
@@ -266,10 +254,7 @@ class KernelCone:
     def serving(self, widths: NDArray[np.float64]) -> Found | None:
         """A multiplier that serves for these widths and a little more, None if none was found.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
+        ``widths``: (m,) upper bounds less lower ones.
         """
         found = self.largest(lambda factor: factor * widths, 1.0, _BEYOND)
         return found if found is not None and found.factor > 1 else None

@@ -34,10 +34,7 @@ class Kernel(NamedTuple):
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The value at ``i omega`` without the sign, 0 at infinity; in floating point.
 
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies [rad/s].
+        ``omega``: (k,) frequencies [rad/s].
         """
         if not self.rate:
             return np.ones(len(omega), dtype=complex)
@@ -49,10 +46,7 @@ class Kernel(NamedTuple):
     def masses(self, rate: float) -> tuple[float, float]:
         """What it takes in its row and in its column at a rate: ``h(rate)`` and ``h(-rate)``.
 
-        Parameters
-        ----------
-        rate : float
-            The rate [1/s], less than that of the kernel.
+        ``rate``: the rate [1/s], less than that of the kernel.
         """
         lag = self.side * rate / float(self.rate) if self.rate else 0.0
         return (1 + lag) ** -self.order, (1 - lag) ** -self.order
@@ -75,22 +69,13 @@ class Found(NamedTuple):
 
     @classmethod
     def none(cls, m: int) -> Found:
-        """The multiplier 1, which serves for nothing.
-
-        Parameters
-        ----------
-        m : int
-            Channels.
-        """
+        """The multiplier 1, which serves for nothing; ``m``: channels."""
         return cls(0.0, np.ones(m), np.zeros(m), [], np.zeros(0))
 
     def at(self, omega: NDArray[np.float64]) -> NDArray[np.complex128]:
         """``M`` at ``i omega``: (k, m, m).
 
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies [rad/s].
+        ``omega``: (k,) frequencies [rad/s].
         """
         m = len(self.gamma)
         M = np.zeros((len(omega), m, m), dtype=complex)

@@ -203,10 +203,8 @@ def _lowest(cuts: Sequence[Cut], rough: Sequence[tuple[float, float]], theta: fm
 def mixture(support: Sequence[Cut]) -> fmpq:
     """The upper bound of ``sup m`` that a support gives; 0 if it gives none.
 
-    Parameters
-    ----------
-    support : sequence of Cut
-        Two cuts of opposite slopes; or one of slope zero, or of negative slope if only ``theta >= 0`` is admitted.
+    ``support``: two cuts of opposite slopes; or one of slope zero, or of negative slope if only ``theta >= 0`` is
+    admitted.
     """
     if len(support) == 1:
         return support[0].u
@@ -219,14 +217,7 @@ def mixture(support: Sequence[Cut]) -> fmpq:
 def admissible(cuts: Sequence[Cut], level: fmpq, *, nonnegative: bool = False) -> Window | None:
     """The ``theta`` at which no cut lies below ``level``; None if there is none.
 
-    Parameters
-    ----------
-    cuts : sequence of Cut
-        The cuts.
-    level : fmpq
-        The level.
-    nonnegative : bool
-        Whether only ``theta >= 0`` is admitted.
+    ``nonnegative``: whether only ``theta >= 0`` is admitted.
     """
     if any(cut.w == 0 and cut.u < level for cut in cuts):
         return None

@@ -57,10 +57,7 @@ class OrderCones:
         Where the least value on a cone is negative it is attained in the relative interior of a face, at an eigenvector
         of the principal submatrix without negative entries: all faces are looked at.
 
-        Parameters
-        ----------
-        M : ndarray
-            (2 p, 2 p), symmetric.
+        ``M``: (2 p, 2 p), symmetric.
         """
         forms = self.rays @ M @ self.rays.transpose(0, 2, 1)
         least, where = np.full(len(forms), np.inf), np.zeros(forms.shape[:2])
@@ -121,10 +118,7 @@ class FormSearch:
     def farthest(self, low: float, high: float) -> tuple[FormProposal, float] | None:
         """What serves for the largest slope ``k`` found above ``low``, and ``k``; None if nothing serves above ``low``.
 
-        Parameters
-        ----------
-        low, high : float
-            Where to look; ``high`` may be infinite.
+        ``low``, ``high``: where to look; ``high`` may be infinite.
         """
         best: FormProposal | None = None
         start, k = low, low * (1 + _WORTH) if low else min(self.unit, high / 2)
@@ -143,13 +137,7 @@ class FormSearch:
         return None if best is None else (best, low)
 
     def serving(self, k: float) -> FormProposal | None:
-        """Weights and a form that serve for the slope ``k`` with a margin; None if there are none.
-
-        Parameters
-        ----------
-        k : float
-            The slope.
-        """
+        """Weights and a form that serve for the slope ``k`` with a margin; None if there are none."""
         rows, known, best = self._rows(k), None, -math.inf
         for _ in range(_ROUNDS):
             checkpoint()

@@ -159,13 +159,7 @@ class Piecewise:
         return np.asarray(H), np.asarray(turned)
 
     def basis(self, omega: NDArray[np.float64]) -> _Basis:
-        """The matrices whose combinations ``F`` is.
-
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies.
-        """
+        """The matrices whose combinations ``F`` is; ``omega``: (k,) frequencies."""
         H, turned = self._response(omega)
         sides = []
         for which in (self.shared, self.local):
@@ -261,12 +255,7 @@ class Piecewise:
     ) -> tuple[float, NDArray[np.float64]] | None:
         """The largest margin that one value of the functions has at some frequencies, and the value.
 
-        Parameters
-        ----------
-        numbers : ndarray
-            The constants.
-        omega : ndarray
-            Frequencies.
+        ``numbers``: the constants.
         """
         basis, nl, m = self.basis(omega), len(self.local), len(self.D)
         fixed = np.einsum("s,skij->kij", numbers, basis.shared)
@@ -376,10 +365,7 @@ class Piecewise:
     def proposal(self, exactly: Callable[[Sequence[Fraction], Sequence[Fraction]], Axis] | None) -> Proposal | None:
         """A multiplier by pieces, each of which passed its test; None if none was found.
 
-        Parameters
-        ----------
-        exactly : callable or None
-            The loop on the axis for weights and Popov's terms, as the checker has it; None for no test.
+        ``exactly``: the loop on the axis for weights and Popov's terms, as the checker has it; None for no test.
         """
         for _ in range(_AGAIN):
             checkpoint()

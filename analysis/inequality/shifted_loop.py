@@ -102,31 +102,19 @@ class ChannelSearch(ABC):
     def margin(self, widths: NDArray[np.float64]) -> float:
         """How far something serves for these widths, not positive where nothing does; infinite where that is unknown.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
+        ``widths``: (m,) upper bounds less lower ones.
         """
         return math.inf if self.serves(widths) else -math.inf
 
     @abstractmethod
     def serves(self, widths: NDArray[np.float64]) -> bool:
-        """Whether something was found for these widths.
-
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones.
-        """
+        """Whether something was found for these widths; ``widths``: (m,) upper bounds less lower ones."""
 
     @abstractmethod
     def proposals(self, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Iterator[Proposal]:
         """What to put into a certificate, the likeliest first, for the loop as it was given; nothing if none serve.
 
-        Parameters
-        ----------
-        widths, lower : sequence of Fraction
-            Upper bounds less lower ones, and these.
+        ``widths``, ``lower``: upper bounds less lower ones, and these.
         """
 
 
@@ -252,23 +240,14 @@ class ShiftedLoop(ChannelSearch):
     def form(self, weights: NDArray[np.float64], widths: NDArray[np.float64]) -> NDArray[np.float64]:
         """``Pi`` of ``2 a psi (w sigma - psi)``, for operators of ``2 a (w^2 sigma^2 - psi^2)``, in ``(sigma, psi)``.
 
-        Parameters
-        ----------
-        weights, widths : ndarray
-            (m,) ``a`` and ``w``.
+        ``weights``, ``widths``: (m,) ``a`` and ``w``.
         """
         whole = weights * widths  # first: the square of a width can be beyond the largest double
         side, square = whole * (1 - self.acting), 2 * whole * self.acting * widths
         return np.block([[np.diag(square), np.diag(side)], [np.diag(side), -2 * np.diag(weights)]])
 
     def popovs(self, theta: Sequence[Fraction]) -> dict[str, Any]:
-        """Popov's part of the multiplier of a certificate, empty for the circle criterion.
-
-        Parameters
-        ----------
-        theta : sequence of Fraction
-            Popov's terms.
-        """
+        """Popov's part of the multiplier of a certificate, empty for the circle criterion; ``theta``: Popov's terms."""
         return {"theta": [*map(str, theta)]} if self.popov else {}
 
     def solutions(
@@ -333,10 +312,7 @@ class ShiftedLoop(ChannelSearch):
     def integers(self, P: NDArray[np.float64]) -> tuple[list[list[int]], int]:
         """The lower triangle of a matrix, in the states of the plant, as integers times ``2^-exponent``.
 
-        Parameters
-        ----------
-        P : ndarray
-            (n, n) in the balanced states.
+        ``P``: (n, n) in the balanced states.
         """
         P = P / self.units[:, None] / self.units[None, :]
         exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))

@@ -206,12 +206,7 @@ def state_space_family(block: StateSpace, lower: Fraction = Fraction(0)) -> Hami
     Discrete time is mapped by ``z = (1 + s)/(1 - s)``: with ``J = (A + 1)^{-1}`` the matrices are ``1 - 2 J``,
     ``J B``, ``2 C J`` and ``D - C J B``.
 
-    Parameters
-    ----------
-    block : StateSpace
-        The block.
-    lower : Fraction
-        The gain.
+    ``lower``: the gain.
 
     Raises
     ------

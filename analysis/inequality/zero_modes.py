@@ -67,10 +67,7 @@ class ZeroModes:
     def apart(self, loop: Sequence[Rows]) -> Loop:
         """The loop in the states ``(x_0, x_1)``.
 
-        Parameters
-        ----------
-        loop : sequence of matrices
-            ``A``, ``B``, ``C`` and ``D``, shifted by the lower bounds.
+        ``loop``: ``A``, ``B``, ``C`` and ``D``, shifted by the lower bounds.
         """
         A, B, C, D = map(exact, loop)
         back = self.turn.inv()
@@ -83,21 +80,12 @@ class ZeroModes:
     def weights(self, near: Sequence[Fraction]) -> list[Fraction]:
         """The weights with these ratios next to given ones.
 
-        Parameters
-        ----------
-        near : sequence of Fraction
-            One for each channel, of which those count that are their own ratio.
+        ``near``: one for each channel, of which those count that are their own ratio.
         """
         return [ratio * near[first] for first, ratio in self.ratios]
 
     def energy(self, weights: Sequence[Fraction]) -> fmpq_mat:
-        """``P_0`` with ``P_0 (K B) = (C N)' Lambda``.
-
-        Parameters
-        ----------
-        weights : sequence of Fraction
-            ``Lambda``.
-        """
+        """``P_0`` with ``P_0 (K B) = (C N)' Lambda``; ``weights``: ``Lambda``."""
         side = self.outputs.transpose() * diagonal(weights) * self.inputs.transpose()
         return side * (self.inputs * self.inputs.transpose()).inv()
 
@@ -210,13 +198,7 @@ def _ratios(R: list[list[fmpq]]) -> list[tuple[int, Fraction]]:
 
 
 def null_rows(M: fmpq_mat) -> fmpq_mat:
-    """A basis of the null space, one row each, in echelon form.
-
-    Parameters
-    ----------
-    M : fmpq_mat
-        Any; without a null space no rows.
-    """
+    """A basis of the null space, one row each, in echelon form; ``M``: any; without a null space no rows."""
     reduced, rank = M.rref()
     n = M.ncols()
     if rank == n:
@@ -250,12 +232,7 @@ def doubles(M: fmpq_mat) -> NDArray[np.float64]:
 def freed(rows: Exact, positive: Sequence[bool]) -> Free:
     """The solutions of equations in unknowns of which some are not negative: those of a row of one sign are 0.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (equations, unknowns), of fractions.
-    positive : sequence of bool
-        Which unknowns are not negative.
+    ``rows``: (equations, unknowns), of fractions.
 
     Examples
     --------
@@ -287,23 +264,11 @@ def freed(rows: Exact, positive: Sequence[bool]) -> Free:
 
 
 def fractions(M: fmpq_mat) -> Exact:
-    """A matrix as an array of fractions.
-
-    Parameters
-    ----------
-    M : fmpq_mat
-        Any.
-    """
+    """A matrix as an array of fractions."""
     return np.array(M.tolist(), dtype=object).reshape(M.nrows(), M.ncols())
 
 
 def floats(M: Exact) -> NDArray[np.float64]:
-    """An array of fractions or integers, rounded.
-
-    Parameters
-    ----------
-    M : ndarray
-        Any.
-    """
+    """An array of fractions or integers, rounded."""
     flat = [float(Fraction(int(fmpq(v).p), int(fmpq(v).q))) for v in M.ravel()]
     return np.array(flat).reshape(M.shape)

@@ -221,10 +221,7 @@ class HatFit:
 def hat_fit(hats: Hats) -> HatFit:
     """Least squares with weights from the residuals: large ones are turned down, and outliers at last left out.
 
-    Parameters
-    ----------
-    hats : Hats
-        Points and knots.
+    ``hats``: points and knots.
     """
     weights, robust = np.ones_like(hats.x), np.ones_like(hats.x)
     values, noise, scores = np.zeros_like(hats.knots), Noise(constant=1.0, proportional=0.0), robust
@@ -291,10 +288,7 @@ def misfit(coarse: Hats, fine: HatFit) -> float:
 def places(x: Array, knots: Array) -> tuple[NDArray[np.intp], Array]:
     """The piece of each point, and how far along it the point lies; the outer pieces reach on.
 
-    Parameters
-    ----------
-    x, knots : ndarray
-        Points, and ascending knots.
+    ``x``, ``knots``: points, and ascending knots.
     """
     index = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
     return index, np.asarray((x - knots[index]) / (knots[index + 1] - knots[index]))

@@ -31,10 +31,7 @@ _ROUNDING = 1e-12
 def branch_rows(measurements: Measurements) -> list[NDArray[np.intp]]:
     """The rows on loading and those on unloading, if both have enough for a mean nonlinearity; else an empty list.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        What is cut.
+    ``measurements``: what is cut.
     """
     rows = [measurements.rows(direction) for direction in _DIRECTIONS]
     enough = all(part.size >= LEAST_ROWS and np.unique(measurements.displacement[part]).size >= 4 for part in rows)
@@ -79,10 +76,7 @@ def hysteresis_from_data(measurements: Measurements) -> Hysteresis | None:
 def correlation_of(nonlinearity: MeanNonlinearity) -> float:
     """Correlation of the errors of neighbouring rows; 0 where it is no more than chance, or errors are rounding.
 
-    Parameters
-    ----------
-    nonlinearity : MeanNonlinearity
-        With the residuals in the order of recording.
+    ``nonlinearity``: with the residuals in the order of recording.
     """
     scores = np.delete(nonlinearity.scores, nonlinearity.outliers)
     exact = float(nonlinearity.noise(nonlinearity.values).max()) < _ROUNDING * float(np.abs(nonlinearity.values).max())
@@ -95,10 +89,7 @@ def correlation_of(nonlinearity: MeanNonlinearity) -> float:
 def widening(nonlinearity: MeanNonlinearity) -> float:
     """By how much errors that form a first-order autoregressive sequence widen an interval; 1 if they look independent.
 
-    Parameters
-    ----------
-    nonlinearity : MeanNonlinearity
-        With the residuals in the order of recording.
+    ``nonlinearity``: with the residuals in the order of recording.
     """
     correlation = correlation_of(nonlinearity)
     return math.sqrt((1 + correlation) / (1 - correlation))
@@ -149,10 +140,7 @@ def has_loop(measurements: Measurements) -> bool:
     taken for a loop with errors that are independent or correlated by up to 0.6 from row to row, 5 % with 0.8, and 15 %
     with 0.95: errors correlated over a whole branch and a loop measured once cannot be told apart.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        In the order of recording.
+    ``measurements``: in the order of recording.
     """
     pairs = pairs_of(measurements)
     return bool(pairs) and (_repeats(pairs) or _beyond_noise(pairs))
@@ -161,10 +149,7 @@ def has_loop(measurements: Measurements) -> bool:
 def pairs_of(measurements: Measurements) -> list[Pair]:
     """Neighbouring branches compared, those with at least four displacements in common.
 
-    Parameters
-    ----------
-    measurements : Measurements
-        In the order of recording.
+    ``measurements``: in the order of recording.
     """
     branches = measurements.branches
     curves = [_curve(measurements, branch) for branch in branches]

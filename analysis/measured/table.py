@@ -98,13 +98,7 @@ class Unit:
     factor: Fraction
 
     def to_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The values in the SI unit, with one rounding for powers of ten.
-
-        Parameters
-        ----------
-        values : ndarray
-            Numbers in this unit.
-        """
+        """The values in the SI unit, with one rounding for powers of ten; ``values``: numbers in this unit."""
         top, bottom = self.factor.as_integer_ratio()
         if max(top, bottom) > 10**15:
             return values * float(self.factor)
@@ -114,10 +108,7 @@ class Unit:
 def known_unit(text: str) -> Unit | None:
     """The unit a text stands for; None if it is none of those known.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``um``, ``µm``, ``mN``, ``lbf``, ``millimeters`` or ``V``; capitals matter: ``mN`` is not ``MN``.
+    ``text``: such as ``um``, ``µm``, ``mN``, ``lbf``, ``millimeters`` or ``V``; capitals matter: ``mN`` is not ``MN``.
     """
     bare = text.strip().translate(_BARE)
     found = _TABLE.get(bare)
@@ -129,10 +120,7 @@ def known_unit(text: str) -> Unit | None:
 def stands_alone(text: str) -> bool:
     """Whether a text is a unit even where no bracket says so: ``mm`` is, ``in`` and ``A`` are words and names too.
 
-    Parameters
-    ----------
-    text : str
-        A word of a heading.
+    ``text``: a word of a heading.
     """
     return text.strip() not in _WEAK and known_unit(text) is not None
 
@@ -224,10 +212,7 @@ class Table:
     def footer(self, columns: Sequence[int]) -> int:
         """How many of the last rows have a word instead of a number in one of the columns: a closing remark.
 
-        Parameters
-        ----------
-        columns : sequence of int
-            The columns, counted from 0.
+        ``columns``: the columns, counted from 0.
         """
         count = 0
         for _, cells in reversed(self.rows):
@@ -264,10 +249,7 @@ class Table:
     def like_thousands(self, columns: Sequence[int]) -> str:
         """A number whose comma may mark thousands, if no number of the columns shows that it does not; else empty.
 
-        Parameters
-        ----------
-        columns : sequence of int
-            The columns, counted from 0.
+        ``columns``: the columns, counted from 0.
         """
         cells = (cells[i].strip() for _, cells in self.rows for i in columns if i < len(cells) and "," in cells[i])
         first = next(cells, "") if self.decimal_comma else ""
@@ -276,10 +258,7 @@ class Table:
     def number(self, row: int, column: int) -> float | None:
         """The number in a cell; None where it is marked missing or infinite.
 
-        Parameters
-        ----------
-        row, column : int
-            The cell, counted from 0.
+        ``row``, ``column``: the cell, counted from 0.
 
         Raises
         ------
@@ -320,10 +299,7 @@ def table_of(text: str) -> Table:
     comments.  The heading is the last line above the numbers with as many cells, a comment if there is no other; a line
     of units may follow it.
 
-    Parameters
-    ----------
-    text : str
-        The whole file.
+    ``text``: the whole file.
 
     Raises
     ------

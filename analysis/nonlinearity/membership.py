@@ -339,10 +339,7 @@ def _shifted(inner: Membership, phi: ShiftedNonlinearity, nonlinearity_class: No
 def certified_properties(nonlinearity: Nonlinearity) -> Properties:
     """What is known of a nonlinearity, as :func:`lure.nonlinearities.properties` says, and what is certified here.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        A nonlinearity whose declarations hold, such as that of :class:`Examined`.
+    ``nonlinearity``: a nonlinearity whose declarations hold, such as that of :class:`Examined`.
 
     Raises
     ------

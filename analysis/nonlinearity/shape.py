@@ -120,10 +120,7 @@ class ZeroSet:
 def zero_set(nonlinearity: object) -> ZeroSet | None:
     """The exact set of zeros of a nonlinearity; None where it is not known.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        A nonlinearity of the library, or a formula.
+    ``nonlinearity``: a nonlinearity of the library, or a formula.
 
     Returns
     -------

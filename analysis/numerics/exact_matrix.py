@@ -63,10 +63,7 @@ def exact_entry(value: object, name: str) -> Fraction:
 def null_space(matrix: fmpz_mat) -> fmpz_mat:
     """Integer basis of ``{x: M x = 0}``, one column each; ``rank M`` is the number of columns of ``M`` less theirs.
 
-    Parameters
-    ----------
-    matrix : fmpz_mat
-        ``M``, (m, n).
+    ``matrix``: ``M``, (m, n).
 
     Returns
     -------

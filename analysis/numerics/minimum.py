@@ -174,10 +174,8 @@ def infimum(U: fmpq_poly, D: fmpq_poly) -> Infimum:
     It is attained at 0, at infinity or at a positive root of ``U' D - U D'``, all of which are enclosed; stationary
     points at which ``U`` vanishes too are told apart by a common divisor, so that an infimum of 0 is found as 0.
 
-    Parameters
-    ----------
-    U, D : fmpq_poly
-        ``D`` positive on ``(0, inf)`` and of at least the degree of ``U``; factors ``x`` of both are left out.
+    ``U``, ``D``: ``D`` positive on ``(0, inf)`` and of at least the degree of ``U``; factors ``x`` of both are left
+    out.
 
     Raises
     ------

@@ -55,10 +55,7 @@ class Limits:
 def symmetric_basis(p: int) -> NDArray[np.float64]:
     """The matrices with ``x_ij = x_ji = 1`` and no other entry, row by row of the lower triangle: (p (p + 1)/2, p, p).
 
-    Parameters
-    ----------
-    p : int
-        Order.
+    ``p``: order.
     """
     rows, columns = np.tril_indices(p)
     found, k = np.zeros((len(rows), p, p)), np.arange(len(rows))
@@ -208,10 +205,7 @@ def _entries(rows: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.in
 def hermitian_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Hermitian ``X`` as the scaled triangle of ``(Re X, -Im X; Im X, Re X)``, column after column.
 
-    Parameters
-    ----------
-    X : ndarray
-        (.., m, m).
+    ``X``: (.., m, m).
     """
     whole = np.block([[X.real, -X.imag], [X.imag, X.real]])
     i, j = np.tril_indices(whole.shape[-1])  # row by row below is column by column above

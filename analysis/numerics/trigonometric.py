@@ -66,10 +66,7 @@ def nonnegative_on_circle(p: fmpq_poly) -> bool:
 def least_on_circle(p: fmpq_poly, q: fmpq_poly) -> tuple[Bracket, float]:
     """A rigorous bracket on ``min p(c)/q(c)`` over ``c`` in ``[-1, 1]``, and the ``c`` near which it is attained.
 
-    Parameters
-    ----------
-    p, q : fmpq_poly
-        Polynomials in ``c``; ``q > 0`` on ``[-1, 1]``.
+    ``p``, ``q``: polynomials in ``c``; ``q > 0`` on ``[-1, 1]``.
     """
     degree = max(p.degree(), q.degree())
     found = infimum(_on_half_line(p, degree), _on_half_line(q, degree))

@@ -92,13 +92,7 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
 
 
 def flow_drawn(found: RegionOfAttraction) -> tuple[bool, bool]:
-    """Whether :func:`plot_region` draws the field, and solutions, of a loop with two states.
-
-    Parameters
-    ----------
-    found : RegionOfAttraction
-        The sets.
-    """
+    """Whether :func:`plot_region` draws the field, and solutions, of a loop with two states; ``found``: the sets."""
     known = found.states == 2 and _rate(found) is not None
     return known and not found.discrete, known and bool(found.sets) and found.sets[0].bounded
 

@@ -42,10 +42,7 @@ def planes(data: xarray.Dataset) -> Iterator[Plane]:
 
     The others are in their middle; and, one after the other, at both ends.
 
-    Parameters
-    ----------
-    data : Dataset
-        The data set of a store.
+    ``data``: the data set of a store.
     """
     for question in list(data["question"].values) if "question" in data.dims else [None]:
         part = data if question is None else data.sel(question=question)
@@ -62,10 +59,7 @@ def planes(data: xarray.Dataset) -> Iterator[Plane]:
 def curve(plane: Plane) -> Plane:
     """The slice along the longer dimension of a plane, through the middle of the other.
 
-    Parameters
-    ----------
-    plane : Plane
-        With two dimensions.
+    ``plane``: with two dimensions.
     """
     sizes = [plane.data.sizes[name] for name in plane.along]
     kept, other = plane.along if sizes[0] >= sizes[1] else plane.along[::-1]
@@ -144,14 +138,7 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
 
     Values that are infinite, such as the largest sector where every finite one is proved, are marked as such.
 
-    Parameters
-    ----------
-    plane : Plane
-        What is drawn.
-    name : str
-        The variable.
-    ax : Axes, optional
-        Where; by default a new figure.
+    ``ax``: where; by default a new figure.
     """
     axes = axes_or_new(ax)
     values = np.asarray(plane.data[name].values, dtype=float)
@@ -208,10 +195,7 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
 def covered(plane: Plane) -> str:
     """What a colour of a map covers, and what it leaves open, as a sentence; empty where there is no map.
 
-    Parameters
-    ----------
-    plane : Plane
-        What is drawn.
+    ``plane``: what is drawn.
     """
     boxes = _boxed(plane)
     if len(plane.along) < 2 or len(boxes) == 2:
@@ -225,10 +209,7 @@ def covered(plane: Plane) -> str:
 def drawn_keys(data: xarray.Dataset) -> list[str]:
     """The keys whose values were drawn; empty for a grid.
 
-    Parameters
-    ----------
-    data : Dataset
-        The data set of a store.
+    ``data``: the data set of a store.
     """
     return [str(name) for name in data.coords if data[name].dims == ("sample",) and name != "sample"]
 

@@ -30,12 +30,7 @@ _WITHOUT = "nothing is proved"
 def row_asked(rows: Sequence[StabilityBound], nonlinearity_class: NonlinearityClass) -> StabilityBound:
     """The row whose class is of the kind asked about; where there is none, the first.
 
-    Parameters
-    ----------
-    rows : sequence of StabilityBound
-        What is known of the largest classes.
-    nonlinearity_class : NonlinearityClass
-        The class.
+    ``rows``: what is known of the largest classes.
     """
     varying = nonlinearity_class.time_varying
     slope = nonlinearity_class.slope is not None and not varying

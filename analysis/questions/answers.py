@@ -405,12 +405,7 @@ def certification_of(found: Attempts, rows: list[StabilityBound]) -> Certificati
 
 
 def largest_of(findings: Findings) -> StabilityBound:
-    """The answer to a question from what was found.
-
-    Parameters
-    ----------
-    findings : Findings
-        What was found, complete or not.
+    """The answer to a question from what was found; ``findings``: what was found, complete or not.
 
     Raises
     ------

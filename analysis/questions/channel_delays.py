@@ -30,34 +30,17 @@ _WIDTHS, _ON_AXIS = (1e-12, 1e-11, 1e-10, 1e-8, 1e-6), 1e-6
 
 
 def delays_of(asked: Problem) -> list[int]:
-    """The channels with a delay known by its bound.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
-    """
+    """The channels with a delay known by its bound."""
     return [i for i, one in enumerate(asked.classes.classes) if one.operator in DELAYS]
 
 
 def wide_channels(asked: Problem) -> list[int]:
-    """The channels of functions of several channels, in a full-block sector.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
-    """
+    """The channels of functions of several channels, in a full-block sector."""
     return [i for i, one in enumerate(asked.classes.classes) if one.operator == FULL_BLOCK]
 
 
 def increments(asked: Problem) -> Problem:
     """Beside play and stop the question about the loop of ``x'`` less ``B_w w``, with sectors.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
 
     Raises
     ------
@@ -83,11 +66,6 @@ def sectors_beside_memory(asked: Problem) -> Problem | None:
     """The question with sectors in place of slope bounds; None unless play and stop leave ``sigma = 0`` at rest there.
 
     Such functions then keep their sector, where Popov's terms are possible, in the loop of :func:`increments`.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
     """
     classes = asked.classes
     if not any(one.memory for one in classes.classes):
@@ -106,13 +84,7 @@ def sectors_beside_memory(asked: Problem) -> Problem | None:
 
 
 def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
-    """The plant and the classes as the checker has them.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
-    """
+    """The plant and the classes as the checker has them."""
     whole = asked.plant
     H, late, inner, rates = (
         (whole.base, whole.late, whole.inner, whole.rates)
@@ -130,11 +102,6 @@ def stated(asked: Problem) -> tuple[Plant, channels.Channels]:
 
 def without_delays(asked: Problem) -> Problem:
     """The question about norm-bounded operators, or sectors: its answer holds for delays, play, stop and full blocks.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
 
     Raises
     ------
@@ -173,12 +140,7 @@ class _Crossing(NamedTuple):
 def delays_refuting(asked: Problem, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
     """Factors, and proofs that a constant delay in one channel destabilises, the smallest factor first.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question about several channels.
-    most : float
-        The largest factor of interest.
+    ``most``: the largest factor of interest.
     """
     if loop_plant(asked.plant).dt is not None:
         yield from _late(asked, most)

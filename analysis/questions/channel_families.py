@@ -54,11 +54,6 @@ def family_of(asked: Problem) -> ChannelFamily:
 def criteria(asked: Problem) -> list[str]:
     """The theorems to ask.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-
     Raises
     ------
     InputError
@@ -82,13 +77,7 @@ def criteria(asked: Problem) -> list[str]:
 
 
 def free(asked: Problem) -> list[bool]:
-    """In which channels Popov's terms are possible: no direct term for any plant, and nothing depends on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """In which channels Popov's terms are possible: no direct term for any plant, and nothing depends on time."""
     family = family_of(asked)
     pairs = enumerate(zip(family.pattern, asked.classes.classes, strict=True))
     return [not any(row) and not one.time_varying and not one.operator and family.still(i) for i, (row, one) in pairs]
@@ -173,10 +162,7 @@ class BoxSearch:
     def serves(self, box: Box) -> bool:
         """Whether the programme finds something for the classes as they are on a box, or at one plant.
 
-        Parameters
-        ----------
-        box : tuple of (Fraction, Fraction)
-            Where the parameters are.
+        ``box``: where the parameters are.
         """
         return self.matrices.solved(box, self._ends(Fraction(1))) is not None
 
@@ -407,12 +393,7 @@ Against = Callable[[Problem], tuple[Fraction, Refuted] | None]
 def place_of(family: ChannelFamily, point: Point) -> Box:
     """The box of one plant, of parameters that change all of their intervals.
 
-    Parameters
-    ----------
-    family : ChannelFamily
-        The plants.
-    point : tuple of Fraction
-        The constant parameters, and any others.
+    ``point``: the constant parameters, and any others.
     """
     rates = family.rates or (0,) * len(point)
     return tuple(own if rate else (v, v) for v, own, rate in zip(point, family.box, rates, strict=True))
@@ -421,12 +402,7 @@ def place_of(family: ChannelFamily, point: Point) -> Box:
 def refuting(asked: Problem, against: Against) -> tuple[Fraction, Refuted] | None:
     """The smallest factor that one plant of the box refutes.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    against : callable
-        The search for one plant: a factor, and what the checker accepted.
+    ``against``: the search for one plant: a factor, and what the checker accepted.
     """
     best: tuple[Fraction, Refuted] | None = None
     for point in _severe(asked):
@@ -453,12 +429,7 @@ def _severe(asked: Problem) -> Iterator[Point]:
 def slack(asked: Problem, plant: MultivariablePlant) -> float:
     """About the smallest factor at which constant gains destabilise; of a gain less that of linear members.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    plant : MultivariablePlant
-        One plant of the box.
+    ``plant``: one plant of the box.
     """
     own = [*(asked.classes.performance or ())]
     rest = [i for i in range(len(plant.D)) if i not in own]

@@ -17,13 +17,7 @@ from lure.plants.delay_matrix import DelayMatrix
 
 
 def free_channels(asked: Problem) -> list[bool]:
-    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """In which channels Popov's terms are possible: the output has no direct term, and nothing depends on time."""
     plant = loop_plant(asked.plant)
     lines = [list(line) for line in (plant.base if isinstance(plant, DelayMatrix) else plant).D]
     for moved, _ in plant.rates if isinstance(plant, DelayMatrix) else ():
@@ -35,11 +29,6 @@ def free_channels(asked: Problem) -> list[bool]:
 
 def modes_of(asked: Problem) -> ZeroModes | None:
     """The eigenvalues 0 (z = 1) of the loop with the gains at the lower bounds; None if there are none.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
 
     Raises
     ------
@@ -53,13 +42,7 @@ def modes_of(asked: Problem) -> ZeroModes | None:
 
 
 def is_critical(asked: Problem) -> bool:
-    """Whether with the gains at the lower bounds there are eigenvalues 0 (z = 1), covered by a theorem or not.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """Whether with the gains at the lower bounds there are eigenvalues 0 (z = 1), covered by a theorem or not."""
     try:
         return modes_of(asked) is not None
     except (AssumptionError, Rejected):
@@ -68,11 +51,6 @@ def is_critical(asked: Problem) -> bool:
 
 def require_no_zero(asked: Problem) -> None:
     """Refuse a loop with such eigenvalues, for the theorems that need it stable.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
 
     Raises
     ------
@@ -89,13 +67,7 @@ def require_no_zero(asked: Problem) -> None:
 
 
 def rising(asked: Problem) -> bool:
-    """Whether every channel has slope bounds from the lower end on, at all times the same: kernels beside integrators.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """Whether each channel has slope bounds from the lower end on, always the same: kernels beside integrators."""
     functions = [one for one in asked.classes.classes if one.operator != "performance"]
     slopes = [one.slope.lower for one in functions if one.slope is not None and not one.time_varying]
     finite = all(one.slope is not None and math.inf not in (-one.slope.lower, one.slope.upper) for one in functions)
@@ -103,13 +75,7 @@ def rising(asked: Problem) -> bool:
 
 
 def sloped_channels(asked: Problem) -> list[bool]:
-    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """In which channels kernels are possible: the slope is bounded on both sides, and nothing depends on time."""
     return [
         one.slope is not None and not one.time_varying and math.inf not in (-one.slope.lower, one.slope.upper)
         for one in asked.classes.classes
@@ -117,13 +83,7 @@ def sloped_channels(asked: Problem) -> list[bool]:
 
 
 def groups_of(asked: Problem) -> list[Group]:
-    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The channels that one form is about: the ReLUs; those of one nonlinearity with slope bounds; each other one."""
     classes, sloped, found = asked.classes.classes, sloped_channels(asked), list[Group]()
     rectifiers = tuple(i for i, one in enumerate(classes) if one.rectifier)
     if rectifiers:
@@ -151,23 +111,11 @@ def sides_of(one: NonlinearityClass) -> tuple[bool, bool]:
 
 
 def fixed_operators(asked: Problem) -> list[range]:
-    """The channels of each operator that does not depend on time.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The channels of each operator that does not depend on time."""
     return [block for block in asked.classes.operators if not asked.classes.classes[block[0]].time_varying]
 
 
 def constant_gains_of(asked: Problem) -> list[range]:
-    """The channels of each constant gain.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The channels of each constant gain."""
     classes = asked.classes.classes
     return [block for block in asked.classes.blocks if classes[block[0]].linear and classes[block[0]].rate is None]

@@ -23,10 +23,7 @@ _KINDS = ("sector, time-varying", "sector", "slope", "slope, odd")
 def has_channels(loop: object, given: object) -> bool:
     """Whether a question is about several channels: the plant has them, or a list says what closes each.
 
-    Parameters
-    ----------
-    loop, given : object
-        What :func:`lure.analysis.analyse` takes.
+    ``loop``, ``given``: what :func:`lure.analysis.analyse` takes.
 
     Raises
     ------
@@ -57,10 +54,7 @@ def channel_kinds(problem: Problem) -> list[Problem]:
 
     Constant gains stay constant gains in each, and ReLUs stay such; the bounds are those of the classes given.
 
-    Parameters
-    ----------
-    problem : Problem
-        The question about several nonlinearities.
+    ``problem``: the question about several nonlinearities.
     """
     classes = [problem.classes]
     for kind in _KINDS:
@@ -110,13 +104,7 @@ def _of_kind(one: NonlinearityClass, kind: str) -> NonlinearityClass:
 
 
 def kind_name(classes: Diagonal) -> str:
-    """The classes in a few words.
-
-    Parameters
-    ----------
-    classes : Diagonal
-        Of several channels.
-    """
+    """The classes in a few words; ``classes``: of several channels."""
     kinds = list(dict.fromkeys(map(_named, classes.classes)))
     same = ", some the same" if classes.repeated else ""
     if len(classes.blocks) == 1:

@@ -51,12 +51,7 @@ _MOST_OF_RAY = 30  # states and channels: beyond them the exact eigenvector of a
 def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
     """The smallest factor that linear members refute; of a gain, members with a larger one, or that are unstable.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    most : float
-        The largest factor of interest.
+    ``most``: the largest factor of interest.
     """
     if isinstance(asked.plant, DelayMatrix) and wide_channels(asked):
         return as_members(asked, members_refuting(narrowed(asked), most=most))

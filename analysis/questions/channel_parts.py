@@ -101,10 +101,7 @@ def splits_of(problems: Sequence[Problem]) -> Iterator[Split]:
     Operators that act on several channels together join these.  Of ReLUs, whose classes of different factors do not
     contain one another, no largest factor is the least of several.
 
-    Parameters
-    ----------
-    problems : sequence of Problem
-        Questions about one plant.
+    ``problems``: questions about one plant.
     """
     first = problems[0].plant
     if not isinstance(first, MultivariablePlant | DelayMatrix):
@@ -210,12 +207,7 @@ def _drives(plant: MultivariablePlant, joint: Sequence[list[int]]) -> list[list[
 def turned(plant: MultivariablePlant, groups: Sequence[Sequence[int]]) -> tuple[MultivariablePlant | None, Rows | None]:
     """The plant in states ``z``, ``x = S z``, of which those that the last groups move come first, and ``S``.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The plant.
-    groups : sequence of sequences of int
-        Channels, each group after those that drive it.
+    ``groups``: channels, each group after those that drive it.
 
     Returns
     -------

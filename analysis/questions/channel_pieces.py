@@ -218,12 +218,7 @@ class PiecewiseProofs:
     def at(self, alpha: Fraction, *, exactly: bool = True) -> Proposal | None:
         """A proposal for the classes of a factor; None if none was found.
 
-        Parameters
-        ----------
-        alpha : Fraction
-            The factor.
-        exactly : bool
-            Whether each piece is to pass the test of the checker; else it is looked at in floating point.
+        ``exactly``: whether each piece is to pass the test of the checker; else it is looked at in floating point.
         """
         self.search.channels = self._widths(alpha)
         axis = self._exactly(alpha) if exactly else None

@@ -29,10 +29,8 @@ from lure.plants.rational import RationalPlant
 def channel_plant(source: object) -> MultivariablePlant:
     """The plant of several channels that a source means.
 
-    Parameters
-    ----------
-    source : object
-        Whatever :func:`lure.as_plant` takes; one channel may be given as a transfer function.  Or a system of a file.
+    ``source``: whatever :func:`lure.as_plant` takes; one channel may be given as a transfer function.  Or a system of a
+    file.
 
     Raises
     ------

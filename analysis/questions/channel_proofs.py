@@ -103,11 +103,6 @@ class Criterion(NamedTuple):
 def criteria_for(asked: Problem) -> list[Criterion]:
     """The criteria for several nonlinearities in this time: kind after kind, in each the farthest first.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-
     Raises
     ------
     InputError
@@ -211,13 +206,6 @@ def _parametric(asked: Problem) -> bool:
 
 def searches(asked: Problem, criterion: Criterion) -> Iterator[ChannelSearch]:
     """What searches for proofs by a criterion, the cheapest first.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    criterion : Criterion
-        The criterion.
 
     Raises
     ------
@@ -359,16 +347,7 @@ def _by_storage(asked: Problem, moved: Problem) -> ChannelSearch:
 def proved_at(asked: Problem, name: str, search: ChannelSearch, alpha: Fraction) -> Proved | None:
     """What the checker accepts for the classes of a factor; None if nothing.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    name : str
-        The theorem.
-    search : ChannelSearch
-        Its search.
-    alpha : Fraction
-        The factor.
+    ``name``: the theorem.
     """
     classes = without_delays(asked).classes
     widths = [high - low for high, low in zip(classes.scaled(alpha).upper, classes.lower, strict=True)]
@@ -396,15 +375,7 @@ def _accepted(asked: Problem, name: str, alpha: Fraction, one: Proposal) -> Prov
 
 
 def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
-    """What a criterion proves of the classes as they are given; None if nothing.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    criterion : Criterion
-        The criterion.
-    """
+    """What a criterion proves of the classes as they are given; None if nothing."""
     asked = _widened(asked, criterion)
     one = Fraction(1)
     if isinstance(asked.plant, ChannelFamily):

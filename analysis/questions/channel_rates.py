@@ -62,10 +62,7 @@ class WeighedSearch(ABC):
     def farthest(self, easy: float, hard: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
         """Rates and what may prove them, the best first.
 
-        Parameters
-        ----------
-        easy, hard : float
-            A rate that is known, and one that none exceeds.
+        ``easy``, ``hard``: a rate that is known, and one that none exceeds.
         """
         scale = max(abs(hard), 1e-3) if self.discrete else max(abs(easy), abs(hard))
         if not math.isfinite(hard) or not abs(easy - hard) > 2 * _WORTH * scale:
@@ -142,13 +139,7 @@ class _Kernels(WeighedSearch):
 
 
 def weighed_searches(asked: Problem) -> list[WeighedSearch]:
-    """The kinds of multipliers that there are for these classes, the cheapest first.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The kinds of multipliers that there are for these classes, the cheapest first."""
     plant, sloped = channel_plant(asked.plant), sloped_channels(asked)
     kernels = any(sloped) and len(sloped) <= MOST_CHANNELS and len(plant.A) <= MOST_STATES
     if plant.dt is None:

@@ -47,13 +47,7 @@ _MOST_STATES, _MOST_CHANNELS, _STARTS, _KEPT, _BEYOND = 20, 6, 40, 2, 30.0  # of
 
 
 def unsettled(asked: Problem) -> bool:
-    """Whether the loop with the gains at the lower bounds is not stable, or floating point leaves it open.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """Whether the loop with the gains at the lower bounds is not stable, or floating point leaves it open."""
     if isinstance(asked.plant, DelayMatrix):  # its states are stable, or nothing is said
         return False
     H = channel_plant(asked.plant)
@@ -66,12 +60,7 @@ def unsettled(asked: Problem) -> bool:
 def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
     """The smallest factor with destabilising gains that the checker accepts; 0 if they lie in the classes of each.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    most : float
-        The largest factor of interest; finite: gains of the classes of that factor.
+    ``most``: the largest factor of interest; finite: gains of the classes of that factor.
     """
     if asked.classes.rectified:  # no gain is a member
         return None
@@ -107,12 +96,7 @@ def gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] |
 def late_gains_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted] | None:
     """The same of a plant with dead times: gains with a root on the imaginary axis, or a real one.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    most : float
-        The largest factor of interest; finite: gains of the classes of that factor.
+    ``most``: the largest factor of interest; finite: gains of the classes of that factor.
     """
     plant, classes = asked.plant, asked.classes
     assert isinstance(plant, DelayMatrix), "asked of such plants"
@@ -334,13 +318,7 @@ def _unlimited_late(asked: Problem, plant: DelayMatrix) -> Refuted | None:
 
 
 def ends_of(asked: Problem) -> Iterator[list[Fraction]]:
-    """The gains at the ends of the classes, of play and stop those that they come near to; 0 of operators.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    """
+    """The gains at the ends of the classes, of play and stop those that they come near to; 0 of operators."""
     classes, free = asked.classes, list[range]()
     start = [
         Fraction(0 if one.memory else 1 if one.operator in DELAYS else low)
@@ -394,15 +372,7 @@ def narrowed(asked: Problem) -> Problem:
 
 
 def as_members(asked: Problem, found: tuple[Fraction, Refuted] | None) -> tuple[Fraction, Refuted] | None:
-    """What refutes the narrower classes, as a refutation of those asked about.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    found : tuple of Fraction, Refuted, or None
-        Of :func:`narrowed`.
-    """
+    """What refutes the narrower classes, as a refutation of those asked about; ``found``: of :func:`narrowed`."""
     if found is None:
         return None
     shown = refutation(asked, found[0] or Fraction(1), found[1].certificate["proof"])
@@ -410,27 +380,14 @@ def as_members(asked: Problem, found: tuple[Fraction, Refuted] | None) -> tuple[
 
 
 def constant_gains(gains: Sequence[Fraction]) -> dict[str, Any]:
-    """The proof of a certificate that constant gains refute.
-
-    Parameters
-    ----------
-    gains : sequence of Fraction
-        One for each channel.
-    """
+    """The proof of a certificate that constant gains refute; ``gains``: one for each channel."""
     return {"method": "linear-gains", "gains": texts(gains)}
 
 
 def refutation(asked: Problem, alpha: Fraction, proof: Mapping[str, Any]) -> Refuted | None:
     """What the checker accepts against the classes of a factor; None if nothing.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    alpha : Fraction
-        The factor.
-    proof : Mapping
-        The proof of the certificate.
+    ``proof``: the proof of the certificate.
     """
     draft = {"verdict": "REFUTED", "system": asked.system, "theorem": "counterexample", "proof": dict(proof)}
     try:  # a class whose lower bound is above 0 is empty for some factors: then nothing is refuted

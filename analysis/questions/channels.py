@@ -407,11 +407,6 @@ def _larger(row: StabilityBound, asked: Problem) -> bool:
 def require_range(asked: Problem) -> None:
     """Refuse upper bounds whose squares, or those of whose factors, are no doubles, where factors are asked for.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-
     Raises
     ------
     InputError
@@ -430,11 +425,6 @@ def require_range(asked: Problem) -> None:
 
 def require_well_posed(asked: Problem) -> None:
     """Refuse a loop that has no one solution with the gains at the lower bounds: ``det(1 + D L) = 0``.
-
-    Parameters
-    ----------
-    asked : Problem
-        The question.
 
     Raises
     ------
@@ -462,12 +452,7 @@ def proposals(
 ) -> Iterator[tuple[str, Callable[[], Proved | Refuted | None]]]:
     """What to try for exactly these classes, in order: constant gains, each criterion, proofs of larger classes.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    rows : sequence of StabilityBound
-        What was accepted for largest factors.
+    ``rows``: what was accepted for largest factors.
 
     Raises
     ------

@@ -48,13 +48,7 @@ _NEAR = (-100, 100)
 
 
 def shown_dict(shown: Checked) -> dict[str, Any]:
-    """A ``Proved`` or ``Refuted`` as plain JSON data, its certificate with it.
-
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        What the checker accepted.
-    """
+    """A ``Proved`` or ``Refuted`` as plain JSON data, its certificate with it."""
     return {
         "verdict": str(shown.certificate["verdict"]),
         "evidence": "certified",
@@ -69,12 +63,7 @@ def shown_dict(shown: Checked) -> dict[str, Any]:
 def shown_page(shown: Checked, assumed: tuple[str, ...] | None = None) -> Page:
     """A ``Proved`` or ``Refuted`` as a table: the claim, the theorem and the hypotheses that were found to hold.
 
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        What the checker accepted.
-    assumed : tuple of str, optional
-        What is assumed beside it, in clauses; by default what it says itself.
+    ``assumed``: what is assumed beside it, in clauses; by default what it says itself.
     """
     own = (shown.assumed,) if shown.assumed else ()
     rows = [("theorem", shown.theorem), ("evidence", "certified"), *shown.facts.items()]

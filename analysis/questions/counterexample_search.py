@@ -43,12 +43,7 @@ if TYPE_CHECKING:
 def worst(family: PlantFamily, lower: Fraction) -> tuple[Point, float]:
     """About where in a box the stable linear gains end first, and where they end there.
 
-    Parameters
-    ----------
-    family : PlantFamily
-        The plants.
-    lower : Fraction
-        The gain to begin with.
+    ``lower``: the gain to begin with.
     """
     return least(family, lambda plant: hurwitz(Problem.largest(plant, "sector", lower=lower)).high)
 
@@ -178,12 +173,7 @@ def _dead_time_gain(plant: DelayPlant, limit: Bracket, lower: Fraction) -> Witne
 def linear_refutation(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
     """A constant gain of the class with which the loop does not come to rest; or what the plant's structure refutes.
 
-    Parameters
-    ----------
-    asked : Problem
-        About one class.
-    numbers : str
-        Where the numbers came from.
+    ``numbers``: where the numbers came from.
 
     Returns
     -------
@@ -286,14 +276,7 @@ def nonlinear_witnesses(asked: Problem) -> list[Witness]:
 
 
 def counterexample(asked: Problem, numbers: Numbers) -> Proved | Refuted | Failure | None:
-    """A nonlinearity of the class, not a constant gain, that destabilises.
-
-    Parameters
-    ----------
-    asked : Problem
-        About one class.
-    numbers : str
-        Where the numbers came from.
+    """A nonlinearity of the class, not a constant gain, that destabilises; ``numbers``: where the numbers came from.
 
     Returns
     -------

@@ -49,10 +49,7 @@ _BACK_LATE = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 0.5)  # where the proof of a rate that
 def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
     """What the checker makes of a draft; None if it refuses.
 
-    Parameters
-    ----------
-    draft : dict
-        A certificate without what the checker fills in.
+    ``draft``: a certificate without what the checker fills in.
     """
     checkpoint()
     try:
@@ -76,12 +73,7 @@ def about_words(base: Mapping[str, Any], *, inwards: bool = True) -> str:
 
 
 def require_states(order: int) -> None:
-    """Refuse a plant without states.
-
-    Parameters
-    ----------
-    order : int
-        Their number.
+    """Refuse a plant without states; ``order``: their number.
 
     Raises
     ------
@@ -420,10 +412,7 @@ class LateChannels(SeveralChannels):
     def expected(self, easy: Fraction, hard: Fraction) -> float:
         """Where the circle criterion seems to end between two rates, in floating point.
 
-        Parameters
-        ----------
-        easy, hard : Fraction
-            The rates, of which the second is wanted.
+        ``easy``, ``hard``: the rates, of which the second is wanted.
         """
         return self._end(float(easy), float(hard), None, _HALVINGS)
 
@@ -464,10 +453,7 @@ class LateChannels(SeveralChannels):
     def by_multipliers(self, end: Fraction | None, known: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """What Popov's terms prove, of functions whose slopes are within their bounds, better than what is known.
 
-        Parameters
-        ----------
-        end, known : Fraction or None
-            What no rate exceeds, and what is proved.
+        ``end``, ``known``: what no rate exceeds, and what is proved.
         """
         classes, base = self.asked.classes.classes, self.late.base.D
         free = [

@@ -149,10 +149,7 @@ class BoxOfChannels(RateSearch):
     def proofs(self, end: Fraction | None) -> Iterator[tuple[Fraction, Proved]]:
         """A rate that is proved, near to where the theorem ends at the worst of some plants; better ones last.
 
-        Parameters
-        ----------
-        end : Fraction or None
-            A rate that is refuted.
+        ``end``: a rate that is refuted.
         """
         neutral, best = Fraction(int(self.discrete)), self.fastest if end is None else float(end)
         outward = max(abs(best), 1e-3) * (1 if self.discrete else -1)

@@ -42,11 +42,6 @@ _GRID, _ROUNDS = 129, 6
 def require_known(asked: Problem) -> None:
     """Refuse a nonlinearity whose class is not known.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-
     Raises
     ------
     InputError
@@ -139,10 +134,7 @@ class OneChannel(RateSearch):
 
         Of a sector alone it is Popov's terms, of a loop with one channel among several.
 
-        Parameters
-        ----------
-        end, known : Fraction or None
-            What no rate exceeds, and what is proved.
+        ``end``, ``known``: what no rate exceeds, and what is proved.
         """
         search, discrete = self.multipliers, self.discrete
         own, D = self.asked.nonlinearity_class, self.plant.feedthrough

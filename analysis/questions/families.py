@@ -68,17 +68,7 @@ Tree = Leaf | Cut
 
 
 def cut(box: Box, j: int, made: Callable[[Box], Tree]) -> Cut:
-    """A box in two halves, with what is made of each.
-
-    Parameters
-    ----------
-    box : tuple of (Fraction, Fraction)
-        The box.
-    j : int
-        Across which parameter it is cut.
-    made : callable
-        What is made of a box.
-    """
+    """A box in two halves, with what is made of each; ``j``: across which parameter it is cut."""
     low, high = box[j]
     at = simplest(low, high)
     halves = ((*box[:j], ends, *box[j + 1 :]) for ends in ((low, at), (at, high)))
@@ -87,17 +77,7 @@ def cut(box: Box, j: int, made: Callable[[Box], Tree]) -> Cut:
 
 
 def too_many(family: PlantFamily | ChannelFamily, box: Box, most: int) -> AssumptionError:
-    """That some boxes are still open, and where one of them lies.
-
-    Parameters
-    ----------
-    family : PlantFamily or ChannelFamily
-        The plants.
-    box : tuple of (Fraction, Fraction)
-        An open box.
-    most : int
-        How many boxes there may be.
-    """
+    """That some boxes are still open, and where one of them lies; ``most``: how many boxes there may be."""
     where = family.within(box).ranges
     return AssumptionError(f"the box of parameters was cut into {most} boxes, and some are still open: {where}")
 
@@ -202,14 +182,7 @@ class Search:
     def serves(self, laws: Mapping[str, Any], ends: tuple[Fraction, Upper], box: Box) -> bool:
         """Whether a multiplier for the middle of a box seems to serve all of it.
 
-        Parameters
-        ----------
-        laws : Mapping
-            The class as it stands in a certificate.
-        ends : tuple
-            Its ends.
-        box : tuple of (Fraction, Fraction)
-            The box.
+        ``laws``: the class as it stands in a certificate.
         """
         try:
             own = self.decided(tuple((low + high) / 2 for low, high in box), *ends)
@@ -492,14 +465,7 @@ def _tops(top: Callable[[], float]) -> Iterator[float]:
 def refuted_at(family: PlantFamily, point: Point, witness: Witness) -> Witness:
     """The witness of one plant of the box, as one of the box.
 
-    Parameters
-    ----------
-    family : PlantFamily
-        The plants.
-    point : tuple of Fraction
-        The parameters.
-    witness : Witness
-        What destabilises the loop there, with what the checker accepted of it.
+    ``witness``: what destabilises the loop there, with what the checker accepted of it.
     """
     data = {**witness.data, "parameters": {name: str(v) for name, v in zip(family.names, point, strict=True)}}
     description = f"with {family.words(point)}, {witness.description}"
@@ -515,16 +481,6 @@ def refuted_at(family: PlantFamily, point: Point, witness: Witness) -> Witness:
 
 
 def member_draft(family: PlantFamily | ChannelFamily, point: Point, inner: Mapping[str, Any]) -> dict[str, Any]:
-    """The draft of a refutation by one plant of the box, from a certificate about that plant.
-
-    Parameters
-    ----------
-    family : PlantFamily or ChannelFamily
-        The plants.
-    point : tuple of Fraction
-        The parameters.
-    inner : Mapping
-        The certificate.
-    """
+    """The draft of a refutation by one plant of the box, from a certificate about that plant."""
     proof = {"method": "member", "at": [str(v) for v in point], "proof": inner["proof"]}
     return {**inner, "system": system_of(family), "proof": proof}

@@ -376,13 +376,7 @@ def _made(parts: Mapping[str, Any]) -> StabilityBound:
 
 
 def only_class(shown: Proved | Refuted) -> Mapping[str, Any]:
-    """The class of a certificate about one nonlinearity, which may stand in a list of one.
-
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        What the checker accepted.
-    """
+    """The class of a certificate about one nonlinearity, which may stand in a list of one."""
     laws: Mapping[str, Any] = shown.certificate["laws"]
     found: Mapping[str, Any] = laws["channels"][0] if "channels" in laws else laws
     return found
@@ -407,10 +401,7 @@ def _needed(shown: Refuted) -> Fraction | float:
 def meet(proved: float, refuted: float) -> bool:
     """Whether what is proved reaches what is refuted, within one part in a million.
 
-    Parameters
-    ----------
-    proved, refuted : float
-        The ends of the two; infinite for every class proved, and for none refuted.
+    ``proved``, ``refuted``: the ends of the two; infinite for every class proved, and for none refuted.
     """
     return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
 

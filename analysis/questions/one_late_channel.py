@@ -63,10 +63,7 @@ def _unstable_from(plant: object, lower: Fraction = Fraction(0)) -> str:
 def top_of(asked: Problem) -> Fraction:
     """The upper bound at the factor 1: above the lower one, and of its size.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question for the largest ``k``.
+    ``asked``: the question for the largest ``k``.
     """
     return max(Fraction(1), 2 * asked.lower)
 

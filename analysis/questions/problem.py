@@ -320,12 +320,7 @@ class Problem:
 def is_rough(nonlinearity: Nonlinearity | None, nonlinearity_class: NonlinearityClass) -> bool:
     """Whether the nonlinearity is not known to be locally Lipschitz; one that says nothing of it is taken to be.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity or None
-        The nonlinearity.
-    nonlinearity_class : NonlinearityClass
-        A class that contains it.
+    ``nonlinearity_class``: a class that contains it.
     """
     if nonlinearity is None:
         return False
@@ -355,10 +350,8 @@ def plant_given(source: object) -> OneChannel:
 def class_given(nonlinearity: object) -> NonlinearityClass | None:
     """The class that somebody means by a class, a sector or slope bounds; None for anything else.
 
-    Parameters
-    ----------
-    nonlinearity : object
-        ``Sector(0, 5)`` is every time-invariant ``phi`` in it, ``SlopeBounds(0, 1)`` every one with such slopes.
+    ``nonlinearity``: ``Sector(0, 5)`` is every time-invariant ``phi`` in it, ``SlopeBounds(0, 1)`` every one with such
+    slopes.
 
     Examples
     --------
@@ -450,10 +443,7 @@ def problem_of(loop: object) -> Problem:
 def by_matrices(block: RationalPlant) -> StateSpace | None:
     """The matrices that a block was given by, where its polynomials are too long to work with; else None.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.  Its entries have to be doubles, so that both are the same system.
+    ``block``: the block.  Its entries have to be doubles, so that both are the same system.
     """
     given = block.matrices
     if given is None or sum(c.numerator.bit_length() + c.denominator.bit_length() for c in block.denominator) < LONG:

@@ -103,12 +103,7 @@ def silent(
 def proved_answer(asked: Problem, answer: CriterionResult) -> CriterionResult:
     """The answer with what the checker accepted of it; INCONCLUSIVE where it accepted nothing.
 
-    Parameters
-    ----------
-    asked : Problem
-        The problem.
-    answer : CriterionResult
-        What a criterion says.
+    ``answer``: what a criterion says.
 
     Returns
     -------
@@ -219,12 +214,7 @@ def _proves(answer: CriterionResult) -> bool:
 def restated(shown: Proved | Refuted, asked: Problem) -> Proved | Refuted:
     """What was accepted, stated for exactly the class asked about and the nonlinearity given, where that is accepted.
 
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        What was accepted, of another class as a rule.
-    asked : Problem
-        What is asked.
+    ``shown``: what was accepted, of another class as a rule.
     """
     from lure.analysis.certificates.drafts import complete_and_check
 
@@ -318,12 +308,7 @@ Proposal = tuple[str, Callable[[], "Proved | Refuted | Failure | None"]]
 def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Proposal]]:
     """The proofs to try of one class, cheapest first, and those that take minutes.
 
-    Parameters
-    ----------
-    asked : Problem
-        The problem.
-    numbers : str
-        Where the numbers came from.
+    ``numbers``: where the numbers came from.
 
     Returns
     -------
@@ -354,12 +339,7 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
 
 
 def open_parts(asked: Problem) -> None:
-    """Say where in the box of parameters nothing is proved.
-
-    Parameters
-    ----------
-    asked : Problem
-        About one class and plants with parameters.
+    """Say where in the box of parameters nothing is proved; ``asked``: about one class and plants with parameters.
 
     Raises
     ------
@@ -453,10 +433,7 @@ def _all_gains(answer: CriterionResult, upper: Upper) -> bool:
 def every_finite(asked: Problem) -> Failure | None:
     """Whether the class would be proved if each of its nonlinearities had a bound.
 
-    Parameters
-    ----------
-    asked : Problem
-        About a class without an upper end.
+    ``asked``: about a class without an upper end.
     """
     infinite = isinstance(asked.plant, StructuredPlant) and asked.plant.order is None
     if infinite or isinstance(asked.plant, StateSpace | FrequencyData):

@@ -30,10 +30,7 @@ def cross(p: Any, q: Any) -> Any:  # noqa: ANN401  (floats or fractions)
 def arcs(points: Points) -> list[tuple[Any, Any, Any]]:
     """Start, control point or None, and end of each arc of a closed curve, exactly; the last one closes it along a ray.
 
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        Its start, then for each arc its end, and before it its control point.
+    ``points``: its start, then for each arc its end, and before it its control point.
     """
     closed = [*points[1:], points[0]]
     ends = [points[0], *(row[-2:] for row in points[1:])]
@@ -41,13 +38,7 @@ def arcs(points: Points) -> list[tuple[Any, Any, Any]]:
 
 
 def area(points: Points) -> Fraction:
-    """The area within a closed curve, exactly.
-
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`arcs` takes them.
-    """
+    """The area within a closed curve, exactly; ``points``: as :func:`arcs` takes them."""
     found = Fraction(0)
     for p, c, q in arcs(points):
         found += cross(p, q) / 2 if c is None else (2 * cross(p, c) + 2 * cross(c, q) + cross(p, q)) / 6
@@ -59,10 +50,7 @@ def polygon_within(points: Points) -> list[tuple[Fraction, Fraction]]:
 
     Points of the parabolas are joined, over their control points where they bend towards 0.
 
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`arcs` takes them; or, of the ellipse ``x'P x <= 1``, the two rows of ``P``.
+    ``points``: as :func:`arcs` takes them; or, of the ellipse ``x'P x <= 1``, the two rows of ``P``.
     """
     if len(points) == 2:
         return _ellipse_within(points)
@@ -98,10 +86,7 @@ def _ellipse_within(P: Points) -> list[tuple[Fraction, Fraction]]:
 def union_below(polygons: Sequence[Sequence[tuple[Fraction, Fraction]]]) -> Fraction:
     """A lower bound of the area of a union of polygons that are seen whole from 0: the largest one in each direction.
 
-    Parameters
-    ----------
-    polygons : sequence of sequences of pairs of Fraction
-        Corners of each, anticlockwise.
+    ``polygons``: corners of each, anticlockwise.
     """
     sided = list[tuple[Any, list[tuple[Fraction, Fraction]]]]()
     for polygon in polygons:

@@ -118,10 +118,7 @@ def _exactly(rows: Sequence[Sequence[str]]) -> Points:
 def points_of(shown: Proved | Refuted) -> Points:
     """The curve of a certificate, once around 0: its start, then for each arc its end, and before it its control point.
 
-    Parameters
-    ----------
-    shown : Proved or Refuted
-        By ``spiral`` or ``curve``.
+    ``shown``: by ``spiral`` or ``curve``.
     """
     proof = shown.certificate["proof"]
     return _exactly(proof["turns"][0] if proof["method"] == "spiral" else proof["points"])
@@ -132,12 +129,7 @@ def within(points: Points, x: tuple[Fraction, Fraction]) -> bool:
 
     A parabola is ``v^2 = 4 u w`` in the coordinates ``u, v, w`` of its triangle, with ``u + v + w = 1``.
 
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`points_of` has them.
-    x : tuple of Fraction
-        The point.
+    ``points``: as :func:`points_of` has them.
     """
     if not any(x):
         return True
@@ -161,13 +153,7 @@ def within(points: Points, x: tuple[Fraction, Fraction]) -> bool:
 
 
 def drawn(points: Points) -> NDArray[np.float64]:
-    """Points along a closed curve, (k, 2), in floating point.
-
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`points_of` has them.
-    """
+    """Points along a closed curve, (k, 2), in floating point; ``points``: as :func:`points_of` has them."""
     t, found = np.linspace(0, 1, 8, endpoint=False)[:, None], list[Any]()
     for p, c, q in arcs(points):
         a, b = np.array(p, dtype=float), np.array(q, dtype=float)
@@ -179,10 +165,7 @@ def drawn(points: Points) -> NDArray[np.float64]:
 def gauge(points: Points) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Of a closed curve the factor by which it would have to grow to reach points, (k, 2), in floating point.
 
-    Parameters
-    ----------
-    points : sequence of tuples of Fraction
-        As :func:`points_of` has them.
+    ``points``: as :func:`points_of` has them.
     """
     corners = drawn(points)
     angles = np.arctan2(corners[:, 1], corners[:, 0])

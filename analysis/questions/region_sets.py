@@ -146,24 +146,13 @@ class Shape:
 
 
 def shape_given(entry: Mapping[str, Any]) -> Shape:
-    """Polynomials between cuts, as they stand in a certificate.
-
-    Parameters
-    ----------
-    entry : Mapping
-        Of a kind ``piecewise-polynomial``.
-    """
+    """Polynomials between cuts, as they stand in a certificate; ``entry``: of a kind ``piecewise-polynomial``."""
     pieces = tuple(fmpq_poly([to_fmpq(Fraction(c)) for c in piece]) for piece in entry["pieces"])
     return Shape(nonlinearity=None, cuts=tuple(Fraction(cut) for cut in entry["cuts"]), pieces=pieces)
 
 
 def shape_of(nonlinearity: object) -> Shape:
-    """What is known of a nonlinearity exactly.
-
-    Parameters
-    ----------
-    nonlinearity : object
-        A nonlinearity of the library, or a ``LocalSector``.
+    """What is known of a nonlinearity exactly; ``nonlinearity``: a nonlinearity of the library, or a ``LocalSector``.
 
     Raises
     ------
@@ -318,10 +307,7 @@ def _above(value: Fraction) -> Fraction:
 def levels(D: Sequence[Sequence[Fraction]]) -> list[list[int]] | None:
     """The channels in groups, of which each is fed by the ones before alone; None where ``D`` has a cycle.
 
-    Parameters
-    ----------
-    D : sequence of sequences of Fraction
-        (m, m), ``sigma = C x - D phi``.
+    ``D``: (m, m), ``sigma = C x - D phi``.
     """
     left, found = set(range(len(D))), list[list[int]]()
     while left:
@@ -504,10 +490,7 @@ def _vanishes_at_0_alone(shape: Shape) -> bool:
 def volume_below(P: Sequence[Sequence[Fraction]]) -> float:
     """A lower bound of the length, area or volume of ``{x : x'P x <= 1}``.
 
-    Parameters
-    ----------
-    P : sequence of sequences of Fraction
-        Symmetric, positive definite.
+    ``P``: symmetric, positive definite.
     """
     return _volume(P) * (1 - 1e-12)
 
@@ -515,22 +498,13 @@ def volume_below(P: Sequence[Sequence[Fraction]]) -> float:
 def volume_above(Q: Sequence[Sequence[Fraction]]) -> float | None:
     """An upper bound of the same; None where the set has no finite one.
 
-    Parameters
-    ----------
-    Q : sequence of sequences of Fraction
-        Symmetric.
+    ``Q``: symmetric.
     """
     return _volume(Q) * (1 + 1e-12) if positive(Q) else None
 
 
 def positive(P: Sequence[Sequence[Fraction]]) -> bool:
-    """Whether a symmetric matrix is positive definite, by its leading minors.
-
-    Parameters
-    ----------
-    P : sequence of sequences of Fraction
-        Symmetric.
-    """
+    """Whether a symmetric matrix is positive definite, by its leading minors."""
     return all(_determinant([row[:k] for row in P[:k]]) > 0 for k in range(1, len(P) + 1))
 
 
@@ -546,15 +520,7 @@ def _volume(P: Sequence[Sequence[Fraction]]) -> float:
 
 
 def matrix_of(certificate: Mapping[str, Any], name: str = "P") -> tuple[tuple[Fraction, ...], ...]:
-    """The matrix of a certificate.
-
-    Parameters
-    ----------
-    certificate : Mapping
-        The certificate.
-    name : str
-        ``P`` or ``Q``.
-    """
+    """The matrix of a certificate; ``name``: ``P`` or ``Q``."""
     rows = certificate["proof"][name]
     n = len(rows)
     return tuple(tuple(Fraction(rows[max(i, j)][min(i, j)]) for j in range(n)) for i in range(n))
@@ -563,10 +529,7 @@ def matrix_of(certificate: Mapping[str, Any], name: str = "P") -> tuple[tuple[Fr
 def strips(certificate: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """On what interval each local bound was used, one entry a channel.
 
-    Parameters
-    ----------
-    certificate : Mapping
-        The certificate of an ellipsoid.
+    ``certificate``: the certificate of an ellipsoid.
     """
     for term in certificate["multiplier"]["terms"]:
         if "sector" in term:

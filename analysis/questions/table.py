@@ -136,10 +136,7 @@ HEAD = ("class", "criterion", "proved up to", "evidence", "refuted at", "by", "g
 def table_row(row: StabilityBound) -> tuple[str, ...]:
     """A class of nonlinearities as the cells under :data:`HEAD`.
 
-    Parameters
-    ----------
-    row : StabilityBound
-        The answer for that class.
+    ``row``: the answer for that class.
     """
     proved = row.verdict is Verdict.PROVED
     return (

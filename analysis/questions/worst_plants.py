@@ -88,12 +88,7 @@ def _moved(point: Point, j: int, box: Box, share: Fraction) -> Point:
 def cheaply_worst(family: PlantFamily, lower: Fraction) -> Point:
     """The plant for which Popov's criterion, in discrete time the circle criterion, goes least far.
 
-    Parameters
-    ----------
-    family : PlantFamily
-        The plants.
-    lower : Fraction
-        Lower end of the classes.
+    ``lower``: lower end of the classes.
     """
     row = next(row for row in TABLE if row.name == ("popov" if family.dt is None else "circle"))
 

@@ -71,23 +71,12 @@ def block_diagram(
 
 
 def fits(formula: str) -> bool:
-    """Whether a formula can be read inside its box.
-
-    Parameters
-    ----------
-    formula : str
-        ``H`` as the block prints itself.
-    """
+    """Whether a formula can be read inside its box; ``formula``: ``H`` as the block prints itself."""
     return _size(formula) >= _SMALLEST
 
 
 def raised(text: str) -> str:
-    """Whole powers as raised figures.
-
-    Parameters
-    ----------
-    text : str
-        A formula such as ``s^4 + 2 s``.
+    """Whole powers as raised figures; ``text``: a formula such as ``s^4 + 2 s``.
 
     Examples
     --------

@@ -79,10 +79,7 @@ def template(name: str, package: str) -> Template:
 def prose(text: str) -> str:
     """Plain-text formulas in the signs of print: ``z <= 0`` as ``z ≤ 0``, ``zeta`` as ``ζ``.
 
-    Parameters
-    ----------
-    text : str
-        A sentence from a result.
+    ``text``: a sentence from a result.
 
     Examples
     --------
@@ -144,12 +141,7 @@ def format_number(value: float, digits: int = 4, rounding: Rounding = "nearest")
 
 
 def quoted_number(text: str) -> Markup:
-    """A number that is already rounded, in the signs of print.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``0.25``, ``1.5e-07`` or ``inf``.
+    """A number that is already rounded, in the signs of print; ``text``: such as ``0.25``, ``1.5e-07`` or ``inf``.
 
     Examples
     --------

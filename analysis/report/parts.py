@@ -69,10 +69,7 @@ class Figure:
 def to_json(data: Json) -> str:
     """``data`` as text; a NaN or an infinity in it is an error, not a token.
 
-    Parameters
-    ----------
-    data : dict
-        From :func:`document`.
+    ``data``: from :func:`document`.
     """
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -87,24 +84,12 @@ def versions(*packages: str) -> dict[str, str]:
 
 
 def certificate_files(shown: Sequence[Checked]) -> dict[str, str]:
-    """Contents by path relative to the report, in the order given: ``certificates/1-proved-popov.json`` and so on.
-
-    Parameters
-    ----------
-    shown : sequence of Checked
-        What the checker accepted.
-    """
+    """Contents by path relative to the report, in the order given: ``certificates/1-proved-popov.json`` and so on."""
     return {f"{FOLDER}/{_name(i, one)}": text_of(one.certificate) for i, one in enumerate(shown, 1)}
 
 
 def certificate_list(shown: Sequence[Checked]) -> list[dict[str, Any]]:
-    """The part ``certificates`` of ``report.json``: file, verdict, theorem, claim and fingerprint of each.
-
-    Parameters
-    ----------
-    shown : sequence of Checked
-        What the checker accepted.
-    """
+    """The part ``certificates`` of ``report.json``: file, verdict, theorem, claim and fingerprint of each."""
     files = certificate_files(shown)
     return [
         {

@@ -26,10 +26,7 @@ _EXTRA = "pip install 'lure[pdf]', or print report.html from a browser"
 def pdf_of(html: str) -> bytes:
     """A page of :mod:`lure.analysis.report` as PDF, A4.
 
-    Parameters
-    ----------
-    html : str
-        The page, made for paper: its figures as images, nothing fetched from anywhere.
+    ``html``: the page, made for paper: its figures as images, nothing fetched from anywhere.
 
     Raises
     ------
@@ -66,10 +63,7 @@ def embedded(figure: Figure) -> Markup:
 def printed_diagram(diagram: Markup) -> Markup:
     """A block diagram for a printed page, as an image in the colours of print.
 
-    Parameters
-    ----------
-    diagram : Markup
-        From :func:`lure.analysis.report.diagram.block_diagram`.
+    ``diagram``: from :func:`lure.analysis.report.diagram.block_diagram`.
     """
     css = resources.files("lure.analysis.report").joinpath("style.css").read_text("utf-8")
     paper = css[css.index("@media print") :]
@@ -88,12 +82,7 @@ def _image(svg: str, kind: str, words: str) -> Markup:
 
 
 def checked_pdf_target(path: Path) -> Path:
-    """A file that a PDF may be written to.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which need not exist.
+    """A file that a PDF may be written to; ``path``: the file, which need not exist.
 
     Raises
     ------

@@ -41,10 +41,7 @@ def of_the_rods(assembly: RodAssembly) -> tuple[str, tuple[Proved, ...]]:
 def followed(assembly: RodAssembly) -> tuple[tuple[str, ...], tuple[FigureSpec, ...]]:
     """What a report says and draws of one motion of the rods themselves; nothing if none is asked for.
 
-    Parameters
-    ----------
-    assembly : RodAssembly
-        The rods, with what acts on each and how it starts.
+    ``assembly``: the rods, with what acts on each and how it starts.
 
     Raises
     ------
@@ -82,13 +79,7 @@ def followed(assembly: RodAssembly) -> tuple[tuple[str, ...], tuple[FigureSpec, 
 
 
 def motion_sentences(motion: AssemblyMotion) -> tuple[str, ...]:
-    """What one motion showed: how long it was followed and how exactly, each contact, the energy.
-
-    Parameters
-    ----------
-    motion : AssemblyMotion
-        The motion.
-    """
+    """What one motion showed: how long it was followed and how exactly, each contact, the energy."""
     energy = motion.energies([0.0, motion.until])
     said = [
         f"one motion of the rods themselves was followed for {motion.until:.4g} s without a grid (error about "

@@ -42,12 +42,7 @@ def inequality_draft(block: UpwindScheme | RodPlant, result: CriterionResult) ->
 
     Any ``theta >= L |k^2 - Z^2|/(k A E)`` serves every sector; it need not be that of the result.
 
-    Parameters
-    ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod itself.
-    result : CriterionResult
-        A result for ``k > 0``.
+    ``result``: a result for ``k > 0``.
     """
     nonlinearity_class = NonlinearityClass(sector=result.sector, time_varying=result.criterion == "circle")
     multiplier = _multiplier(block, popov=result.criterion == "popov")
@@ -79,15 +74,7 @@ def criterion_drafts(
 
 
 def negative_damping_draft(block: UpwindScheme | RodPlant, sector: Sector) -> dict[str, Any]:
-    """The refutation of a rod with ``k < 0`` in a sector.
-
-    Parameters
-    ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod itself.
-    sector : Sector
-        The sector.
-    """
+    """The refutation of a rod with ``k < 0`` in a sector."""
     nonlinearities = class_entry(NonlinearityClass(sector=sector), unbounded=True)
     return {**draft_of(block, "counterexample", {}, nonlinearities), "verdict": "REFUTED"}
 
@@ -97,10 +84,7 @@ def popov_theta(rod: Rod) -> Fraction:
 
     For ``k = Z``, where any multiplier does, 5/4 of the travel time ``T``.
 
-    Parameters
-    ----------
-    rod : Rod
-        A rod with ``damping > 0``.
+    ``rod``: a rod with ``damping > 0``.
 
     Raises
     ------
@@ -118,10 +102,7 @@ def popov_theta(rod: Rod) -> Fraction:
 def circle_bound(rod: Rod) -> Fraction | None:
     r"""``(E/L) min(k, Z)^2/|k^2 - Z^2|`` [Pa/m], below which the circle criterion covers ``[0, K]`` for every scheme.
 
-    Parameters
-    ----------
-    rod : Rod
-        A rod with ``damping > 0``.
+    ``rod``: a rod with ``damping > 0``.
 
     Returns
     -------
@@ -218,12 +199,7 @@ def energy_theta(scheme: UpwindScheme) -> Fraction:
 def energy_matrix(scheme: UpwindScheme, theta: Fraction) -> Rounded | None:
     """``P = theta/(2 s d)`` times 1, to 60 bits; None where ``theta`` is not large enough.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    theta : Fraction
-        Popov's multiplier.
+    ``theta``: Popov's multiplier.
     """
     if not (scheme.rod.damping > 0 and theta > least_theta(scheme)):
         return None

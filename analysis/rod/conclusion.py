@@ -163,12 +163,7 @@ def offered(block: Block) -> Proved | Refuted | str:
 def concluded(block: Block, shown: Proved | Refuted | str) -> SearchResult:
     """The verdict on a block: on every nonlinearity without upper bound, and on the rod's own.
 
-    Parameters
-    ----------
-    block : RodPlant, UpwindScheme or RodFamily
-        The rod, or its scheme, or all of a family.
-    shown : Proved, Refuted or str
-        What the checker accepted of it, or why that is nothing.
+    ``shown``: what the checker accepted of it, or why that is nothing.
     """
     law = None if isinstance(block, RodFamily) and "compliance" in block.intervals else block.rod.nonlinearity
     asked = Problem.about(block, NonlinearityClass(sector=Sector(0, math.inf)), nonlinearity=law)

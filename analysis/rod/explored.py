@@ -29,10 +29,7 @@ def rod_answer(given: Mapping[str, str]) -> dict[str, Any]:
     The verdicts are those of :func:`lure.analysis.certify`, the largest sectors of the circle criterion and of Popov's
     those of :func:`lure.analysis.max_sector`.
 
-    Parameters
-    ----------
-    given : Mapping of str to str
-        The five parameters that the loop depends on, by their names in files, and ``cells``.
+    ``given``: the five parameters that the loop depends on, by their names in files, and ``cells``.
 
     Returns
     -------

@@ -186,10 +186,7 @@ def slowest_decays(scheme: UpwindScheme) -> SlowestDecays:
 def drawn_resonances(block: UpwindScheme | RodPlant) -> tuple[list[complex], float, float]:
     """The resonances of a drawing, and the slowest and fastest rates [1/s] that it spans.
 
-    Parameters
-    ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod, of whose infinitely many resonances 24 are drawn.
+    ``block``: the scheme, or the rod, of whose infinitely many resonances 24 are drawn.
     """
     rod = block.rod
     cells = block.cells if isinstance(block, UpwindScheme) else None

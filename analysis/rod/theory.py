@@ -169,10 +169,7 @@ class FamilyTheory:
 def energy_draft(family: RodFamily) -> Draft:
     """The energy theorem for all rods in the sector ``[0, inf]``, with the contact law where it is one and linear.
 
-    Parameters
-    ----------
-    family : RodFamily
-        The rods, or their schemes.
+    ``family``: the rods, or their schemes.
 
     Raises
     ------
@@ -192,10 +189,7 @@ def energy_draft(family: RodFamily) -> Draft:
 def negative_draft(family: RodFamily) -> Draft | None:
     """The refutation by the rod with the least damping, the others in the middle; None where that damps or is 0.
 
-    Parameters
-    ----------
-    family : RodFamily
-        The rods, or their schemes.
+    ``family``: the rods, or their schemes.
     """
     low, _ = family.bounds("damping")
     if low >= 0:
@@ -217,10 +211,7 @@ def stiffest_contact(family: RodFamily) -> Proved | None:
     ``[0, K]`` with ``K < (E/L) min(k, Z)^2/|k^2 - Z^2|`` for every rod, what the checker accepts of it; None where
     there is no bound, or it accepts nothing.
 
-    Parameters
-    ----------
-    family : RodFamily
-        Schemes, all damped.
+    ``family``: schemes, all damped.
     """
     ends = [circle_bound(rod) for rod in family.hardest]
     finite = [end for end in ends if end is not None]
@@ -235,10 +226,7 @@ def stiffest_contact(family: RodFamily) -> Proved | None:
 def margins(family: RodFamily) -> str:
     """How much farther the parameters may vary, in their units; empty where nothing is proved.
 
-    Parameters
-    ----------
-    family : RodFamily
-        The schemes of the rods.
+    ``family``: the schemes of the rods.
     """
     low, high = family.bounds("damping")
     if low <= 0:

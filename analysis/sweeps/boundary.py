@@ -32,13 +32,7 @@ class Step(NamedTuple):
 
 
 def steps(store: Store) -> list[Step]:
-    """The steps of a grid across which the verdict changes.
-
-    Parameters
-    ----------
-    store : Store
-        Of a study over numbers, done.
-    """
+    """The steps of a grid across which the verdict changes; ``store``: of a study over numbers, done."""
     study = store.study
     verdicts = _verdicts(store)
     values = [[float(each) for each in axis.coordinates] for axis in study.axes]
@@ -76,13 +70,7 @@ def halved(store: Store) -> Iterator[Store]:
 
 
 def stores(path: Path) -> list[Path]:
-    """The stores of the points that were put where the verdict changes.
-
-    Parameters
-    ----------
-    path : Path
-        The store of the grid.
-    """
+    """The stores of the points that were put where the verdict changes; ``path``: the store of the grid."""
     folder = path / FOLDER
     return sorted(folder.iterdir(), key=lambda each: int(each.name)) if folder.is_dir() else []
 

@@ -416,12 +416,7 @@ _KNOWN: dict[tuple[str, str], Store] = {}  # the store of a process, whose syste
 def computed(number: int, job: Job) -> int:
     """Compute and keep one chunk; how many points it has.
 
-    Parameters
-    ----------
-    number : int
-        Of the chunk.
-    job : Job
-        Of which study.
+    ``job``: of which study.
 
     Raises
     ------

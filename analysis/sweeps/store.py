@@ -221,13 +221,7 @@ class Store:
         return {int(entry.name) for entry in os.scandir(self.path / _DONE) if entry.name.isdigit()}
 
     def begin(self, number: int) -> None:
-        """Note that a chunk is begun.
-
-        Parameters
-        ----------
-        number : int
-            Of the chunk.
-        """
+        """Note that a chunk is begun."""
         with (self.path / _BEGUN).open("a", encoding="ascii") as file:
             file.write(f"{number}\n")
 
@@ -250,12 +244,7 @@ class Store:
     def values(self, name: str, places: np.ndarray[Any, Any] | None = None) -> np.ndarray[Any, Any]:
         """What the store holds of a variable: all of it, or what stands at some places.
 
-        Parameters
-        ----------
-        name : str
-            The variable.
-        places : ndarray, optional
-            (places, dimensions), whole numbers.
+        ``places``: (places, dimensions), whole numbers.
         """
         import zarr
 
@@ -324,15 +313,7 @@ class Store:
             raise
 
     def note(self, name: str, value: int | str) -> None:
-        """Write something of the whole run into the attributes of the store.
-
-        Parameters
-        ----------
-        name : str
-            The attribute.
-        value : int or str
-            Its value.
-        """
+        """Write something of the whole run into the attributes of the store."""
         path = self.path / "zarr.json"
         held = json.loads(path.read_text(encoding="utf-8"))
         if held["attributes"].get(name) != value:  # a store that is done may be read-only
@@ -346,10 +327,7 @@ class Store:
 
         Killed at any moment, it is done again, or finished, by whoever opens the store next.
 
-        Parameters
-        ----------
-        most : int
-            Files that are left as they are.
+        ``most``: files that are left as they are.
         """
         if self.study.chunks * len(self.variables) <= most or (self.path / _WHOLE).is_file():
             return False

@@ -65,14 +65,7 @@ class Inquiry:
 
 
 def run(phi: object, inquiry: Inquiry) -> Checked:
-    """Answer, or raise.
-
-    Parameters
-    ----------
-    phi : object
-        The nonlinearity, as :func:`lure.analysis.testing.search.subject` takes it.
-    inquiry : Inquiry
-        The question.
+    """Answer, or raise; ``phi``: the nonlinearity, as :func:`lure.analysis.testing.search.subject` takes it.
 
     Raises
     ------

@@ -258,12 +258,7 @@ class Domain:
 
 
 def domain(on: tuple[Exact, Exact] | None) -> Domain:
-    """The interval of a test.
-
-    Parameters
-    ----------
-    on : (low, high) or None
-        Ends, exact numbers; None for all of R, of which ``|sigma| <= 1e12`` is sampled.
+    """The interval of a test; ``on``: ends, exact numbers; None for all of R, of which ``|sigma| <= 1e12`` is sampled.
 
     Raises
     ------

@@ -43,10 +43,7 @@ _FINEST = 12
 def ratios(lower: float | Fraction, upper: float | Fraction) -> st.SearchStrategy[Fraction]:
     """Numbers of ``[lower, upper]``: often one of the finite bounds; at most 100 beyond the finite end of a half-line.
 
-    Parameters
-    ----------
-    lower, upper : int, float or Fraction
-        The interval; infinite ends are allowed.
+    ``lower``, ``upper``: the interval; infinite ends are allowed.
     """
     if lower == -math.inf and upper == math.inf:
         return st.one_of(st.integers(-3, 3).map(Fraction), st.fractions(-_FAR, _FAR, max_denominator=_FINEST))
@@ -59,25 +56,13 @@ def ratios(lower: float | Fraction, upper: float | Fraction) -> st.SearchStrateg
 
 
 def steps(scale: Fraction) -> st.SearchStrategy[Fraction]:
-    """Distances between knots, a tenth to ten times the scale.
-
-    Parameters
-    ----------
-    scale : Fraction
-        Their size, positive.
-    """
+    """Distances between knots, a tenth to ten times the scale; ``scale``: their size, positive."""
     share = st.one_of(st.just(Fraction(1)), st.fractions(Fraction(1, 10), 10, max_denominator=_FINEST))
     return share.map(lambda number: number * scale)
 
 
 def sizes(scale: Fraction) -> st.SearchStrategy[Fraction]:
-    """Positive numbers from a hundredth to a hundred times the scale.
-
-    Parameters
-    ----------
-    scale : Fraction
-        Their size, positive.
-    """
+    """Positive numbers from a hundredth to a hundred times the scale; ``scale``: their size, positive."""
     powers = st.sampled_from((Fraction(1), Fraction(1, 10), Fraction(10), Fraction(1, 100), Fraction(100)))
     return powers.map(lambda number: number * scale)
 

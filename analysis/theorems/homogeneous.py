@@ -133,16 +133,7 @@ def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResu
 
 
 def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Fraction) -> dict[str, Any] | None:
-    """The proof of a certificate for the class of an answer with this upper end.
-
-    Parameters
-    ----------
-    block : RationalPlant
-        The block of the answer.
-    answer : CriterionResult
-        What was proved.
-    upper : Fraction
-        Upper end of the class.
+    """The proof of a certificate for the class of an answer with this upper end; ``answer``: what was proved.
 
     Returns
     -------

@@ -182,14 +182,7 @@ def _balanced(
 
 
 def rules_out(block: RationalPlant, limit: MultiplierLimit) -> bool:
-    """Whether weights rule out every multiplier, from the plant and these numbers alone.
-
-    Parameters
-    ----------
-    block : RationalPlant
-        The plant.
-    limit : MultiplierLimit
-        What is claimed.
+    """Whether weights rule out every multiplier, from the plant and these numbers alone; ``limit``: what is claimed.
 
     Raises
     ------

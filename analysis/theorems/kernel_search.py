@@ -112,12 +112,7 @@ DENOMINATORS = (10**3, 10**6, 10**12, 2**BITS)
 def seeds(block: RationalPlant, lower: Fraction) -> Iterator[tuple[Fraction | None, Multiplier]]:
     """Slopes (None: every finite one) and multipliers that should prove them; each is to be checked.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        In continuous time, stable with the gain ``lower`` but for a simple pole at 0.
-    lower : Fraction
-        Lower slope.
+    ``block``: in continuous time, stable with the gain ``lower`` but for a simple pole at 0.
     """
     for answer in (popov_largest(block, lower=lower), park_largest(block, lower=lower)):
         if answer.verdict is Verdict.PROVED:

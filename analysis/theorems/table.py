@@ -377,13 +377,7 @@ CRITERIA = tuple(dict.fromkeys(row.name for row in TABLE))
 
 
 def time_of(block: object) -> Time:
-    """The time domain of a block.
-
-    Parameters
-    ----------
-    block : object
-        In discrete time it has a sampling time ``dt``.
-    """
+    """The time domain of a block; ``block``: in discrete time it has a sampling time ``dt``."""
     return "continuous" if getattr(block, "dt", None) is None else "discrete"
 
 

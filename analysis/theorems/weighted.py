@@ -60,12 +60,7 @@ class WeightedTaps:
     def multiplier(self, rate: float, size: int) -> Multiplier | None:
         """Taps up to a shift that seem to serve a rate, the margin being as large as it can; None if none do.
 
-        Parameters
-        ----------
-        rate : float
-            The rate.
-        size : int
-            The largest ``|i|``.
+        ``size``: the largest ``|i|``.
         """
         found, _ = self.taps(rate, size)
         return None if found is None else {"taps": [[i, str(h)] for i, h in found.items()]}
@@ -73,24 +68,14 @@ class WeightedTaps:
     def margin(self, rate: float, size: int) -> float:
         """How far the taps serve a rate; negative or 0, how much they lack.
 
-        Parameters
-        ----------
-        rate : float
-            The rate.
-        size : int
-            The largest ``|i|``.
+        ``size``: the largest ``|i|``.
         """
         return self.taps(rate, size)[1]
 
     def taps(self, rate: float, length: int) -> tuple[dict[int, Fraction] | None, float]:
         """Taps up to a shift and their margin; None if none serve.
 
-        Parameters
-        ----------
-        rate : float
-            The rate.
-        length : int
-            The largest ``|i|``.
+        ``length``: the largest ``|i|``.
         """
         response = self.response(rate)
         if response is None:

@@ -25,12 +25,7 @@ def has_value(node: Node, point: Mapping[str, arb]) -> bool:
     A condition needs a value on both of its sides; ``and`` and ``or`` stop at the first part that decides, and of the
     branches of ``where`` only the one taken counts.
 
-    Parameters
-    ----------
-    node : Node
-        The tree of the formula.
-    point : Mapping of str to arb
-        A ball for each variable.
+    ``point``: a ball for each variable.
     """
     if not isinstance(node, Apply) or node.total:
         return True
@@ -116,11 +111,6 @@ class Nature:
 def nature(node: Node) -> Nature | None:
     """What is visible of a formula; None if it may have no value somewhere.
 
-    Parameters
-    ----------
-    node : Node
-        The tree of the formula.
-
     Notes
     -----
     Sums, products, ``abs``, ``min``, ``max``, ``sin``, ``cos``, ``exp``, ``tanh``, ``atan`` and whole powers of locally
@@ -146,25 +136,14 @@ _SMOOTH = ("+", "-", "*", "/", "**", "neg", "sin", "cos", "tan", "exp", "log", "
 
 
 def smooth(node: Node) -> bool:
-    """Whether a formula is made of functions alone that are smooth wherever they and their derivatives have values.
-
-    Parameters
-    ----------
-    node : Node
-        The tree of the formula.
-    """
+    """Whether a formula is made of functions alone that are smooth wherever they and their derivatives have values."""
     return not isinstance(node, Apply) or (node.operation in _SMOOTH and all(map(smooth, node.arguments)))
 
 
 def hull(node: Node, low: End, high: End) -> tuple[End, End]:
     """Bounds of every value that a formula has for a variable between two ends; infinite where its form says nothing.
 
-    Parameters
-    ----------
-    node : Node
-        The tree of the formula, in one variable.
-    low, high : Fraction, or an infinity
-        The ends.
+    ``node``: the tree of the formula, in one variable.
 
     Examples
     --------

@@ -220,14 +220,7 @@ def parse_system(
 
 
 def tables_of(text: str, label: str) -> Tables:
-    """The tables of a TOML file, every decimal exact.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    label : str
-        What messages call the file.
+    """The tables of a TOML file, every decimal exact; ``label``: what messages call the file.
 
     Raises
     ------

@@ -54,13 +54,6 @@ class _Pieces:
 def piecewise_linear_graph(expression: Expression, variable: str) -> Graph | None:
     """The graph of an expression in one variable that is continuous, piecewise linear and 0 at 0; None for others.
 
-    Parameters
-    ----------
-    expression : Expression
-        The formula.
-    variable : str
-        Its variable.
-
     Notes
     -----
     Lines are carried through the tree exactly, cut wherever a comparison, ``min``, ``max`` or ``abs`` changes side.

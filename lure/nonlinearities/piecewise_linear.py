@@ -454,13 +454,7 @@ class PiecewiseLinear(GraphNonlinearity):
 
 
 def outer_slopes(points: Points) -> tuple[Fraction, Fraction]:
-    """The slopes between the first two and the last two of at least two points.
-
-    Parameters
-    ----------
-    points : list of (Fraction, Fraction)
-        In ascending order.
-    """
+    """The slopes between the first two and the last two of at least two points; ``points``: in ascending order."""
     (x0, y0), (x1, y1) = points[:2]
     (x2, y2), (x3, y3) = points[-2:]
     return (y1 - y0) / (x1 - x0), (y3 - y2) / (x3 - x2)

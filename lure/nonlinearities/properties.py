@@ -394,10 +394,8 @@ def _inside(
 def nonlinearity_dict(nonlinearity: Nonlinearity) -> dict[str, Any]:
     """A nonlinearity as plain JSON data: its kind, parameters and properties, each with its provenance.
 
-    Parameters
-    ----------
-    nonlinearity : Nonlinearity
-        The nonlinearity.  A declared property that its own formula contradicts is reported as ``contradicted``.
+    ``nonlinearity``: the nonlinearity.  A declared property that its own formula contradicts is reported as
+    ``contradicted``.
     """
     data: dict[str, Any] = {
         "kind": type(nonlinearity).__name__,

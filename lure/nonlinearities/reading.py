@@ -261,13 +261,7 @@ def as_nonlinearity(source: object) -> Nonlinearity:
 
 
 def is_control_nonlinearity(source: object) -> bool:
-    """Whether something is what python-control calls a ``DescribingFunctionNonlinearity``.
-
-    Parameters
-    ----------
-    source : object
-        Anything.
-    """
+    """Whether something is what python-control calls a ``DescribingFunctionNonlinearity``; ``source``: anything."""
     control = sys.modules.get("control")  # an object of a package that is not loaded cannot exist
     return control is not None and isinstance(source, control.DescribingFunctionNonlinearity)
 
@@ -275,10 +269,7 @@ def is_control_nonlinearity(source: object) -> bool:
 def control_saturation(source: object) -> Saturation | None:
     """``control.saturation_nonlinearity`` as a saturation of the library, None for everything else.
 
-    Parameters
-    ----------
-    source : object
-        Anything; of a class derived from that one the graph is unknown.
+    ``source``: anything; of a class derived from that one the graph is unknown.
     """
     control = sys.modules.get("control")
     if control is None or type(source) is not control.saturation_nonlinearity:

@@ -61,10 +61,7 @@ def exact_block(source: object, what: str) -> RationalPlant:
 def rational_if_moderate(block: object) -> object:
     """A ``StateSpace`` of up to 60 states as the rational plant with the same doubles, anything else as it is.
 
-    Parameters
-    ----------
-    block : object
-        What :func:`lure.as_plant` returns.
+    ``block``: what :func:`lure.as_plant` returns.
     """
     if not isinstance(block, StateSpace) or block.order > MAX_EXACT_STATES:
         return block

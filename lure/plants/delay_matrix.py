@@ -322,10 +322,7 @@ def plant_of_delays(entries: Sequence[Sequence[RationalPlant | DelayPlant]]) -> 
     The parts of all dead times, one below the other, are a matrix without any, of which a minimal one is taken.  Beside
     it stand the entries with dead time in the denominator, those of a column with the same denominator together.
 
-    Parameters
-    ----------
-    entries : sequence of sequences of RationalPlant or DelayPlant
-        ``H``, row by row, outputs down.
+    ``entries``: ``H``, row by row, outputs down.
 
     Raises
     ------

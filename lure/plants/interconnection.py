@@ -21,12 +21,7 @@ Pair = tuple[Place, Place]
 def padded(plant: MultivariablePlant, sizes: Sequence[tuple[int, int]]) -> MultivariablePlant:
     """The plant with inputs that do nothing and outputs that are 0, so that each block has as many of both.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The plant.
-    sizes : sequence of (int, int)
-        Inputs and outputs of each block, in order.
+    ``sizes``: inputs and outputs of each block, in order.
 
     Raises
     ------

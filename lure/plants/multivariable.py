@@ -242,10 +242,7 @@ def plant_of_transfers(entries: Sequence[Sequence[RationalPlant]]) -> Multivaria
     Each column over its common denominator is a companion form, controllable; the rows ``c_i A^k`` that are independent
     are the states of its observable part.
 
-    Parameters
-    ----------
-    entries : sequence of sequences of RationalPlant
-        ``H``, row by row, outputs down.
+    ``entries``: ``H``, row by row, outputs down.
 
     Raises
     ------
@@ -315,13 +312,7 @@ def _lifted(top: object, bottom: object) -> RationalPlant:
 
 
 def polynomial_of(descending: Sequence[Fraction]) -> Any:  # noqa: ANN401  (fmpq_poly, whose stubs lack its methods)
-    """A polynomial of coefficients with the highest power first.
-
-    Parameters
-    ----------
-    descending : sequence of Fraction
-        The coefficients.
-    """
+    """A polynomial of coefficients with the highest power first."""
     from flint import fmpq, fmpq_poly
 
     return fmpq_poly([fmpq(c.numerator, c.denominator) for c in reversed(descending)])

@@ -65,12 +65,7 @@ class InBox:
 def checked_box(parameters: Mapping[str, tuple[Exact, Exact]], powers: Sequence[Sequence[int]]) -> Box:
     """The bounds of the parameters of plants.
 
-    Parameters
-    ----------
-    parameters : mapping of str to (number, number)
-        The bounds of each.
-    powers : sequence of sequence of int
-        The exponents that occur in the plants, one for each parameter.
+    ``powers``: the exponents that occur in the plants, one for each parameter.
 
     Raises
     ------
@@ -172,13 +167,7 @@ class Ring(Constants):
 
 
 def names_in(side: object) -> set[str]:
-    """The names that occur in formulas, in a text or in nested lists of such.
-
-    Parameters
-    ----------
-    side : object
-        What is neither has none.
-    """
+    """The names that occur in formulas, in a text or in nested lists of such; ``side``: what is neither has none."""
     if isinstance(side, str):
         return set(_WORD.findall(side))
     return {name for part in side for name in names_in(part)} if isinstance(side, list | tuple) else set()
@@ -341,15 +330,7 @@ def in_s(p: Element, ring: Ring) -> list[Element]:
 
 
 def sum_text(terms: Sequence[tuple[tuple[int, ...], Fraction]], names: Sequence[str]) -> str:
-    """A polynomial in the parameters, exactly, as a formula that is read again.
-
-    Parameters
-    ----------
-    terms : sequence of (exponents, Fraction)
-        Its coefficients.
-    names : sequence of str
-        The parameters.
-    """
+    """A polynomial in the parameters, exactly, as a formula that is read again; ``terms``: its coefficients."""
     parts = list[str]()
     for powers, c in terms:
         if not c:

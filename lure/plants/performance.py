@@ -352,14 +352,7 @@ class Forcing(Record):
 
 
 def exact_numbers(value: object, name: str) -> tuple[Fraction, ...]:
-    """A number, or a list or an array of them, exactly.
-
-    Parameters
-    ----------
-    value : object
-        The numbers.
-    name : str
-        What they are, for the message.
+    """A number, or a list or an array of them, exactly; ``name``: what they are, for the message.
 
     Raises
     ------

@@ -210,13 +210,7 @@ def sampling_period(dt: object, name: str) -> Fraction | None:
 
 
 def time_text(dt: Fraction | None) -> str:
-    """The kind of time, in words.
-
-    Parameters
-    ----------
-    dt : Fraction or None
-        Sampling time [s].
-    """
+    """The kind of time, in words; ``dt``: sampling time [s]."""
     return "continuous" if dt is None else f"discrete, dt = {float(dt):g} s"
 
 

@@ -83,10 +83,7 @@ def companion(block: RationalPlant) -> Realisation:
 
     Hidden modes are kept: they are unobservable in this form.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block; matrices that it was given by are not looked at.
+    ``block``: the block; matrices that it was given by are not looked at.
     """
     n, d = block.order, block.feedthrough
     low = tuple(reversed(block.denominator))[:n]

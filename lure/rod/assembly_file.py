@@ -93,12 +93,7 @@ class AssemblyTables(BaseModel):
 
 
 def assembly_of(tables: AssemblyTables) -> RodAssembly:
-    """The rods of a file.
-
-    Parameters
-    ----------
-    tables : AssemblyTables
-        Its checked tables.
+    """The rods of a file; ``tables``: its checked tables.
 
     Raises
     ------

@@ -65,10 +65,7 @@ _PAPER = (
 def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
     """Quantities of :data:`SERIES` along the time ``t``; those that are None are left out.
 
-    Parameters
-    ----------
-    values : Mapping
-        (samples,) each, by the keys of :data:`SERIES`.
+    ``values``: (samples,) each, by the keys of :data:`SERIES`.
     """
     given = {key: found for key in SERIES if (found := values.get(key)) is not None}
     return {
@@ -78,23 +75,14 @@ def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
 
 
 def fields(values: Mapping[str, ArrayLike]) -> dict[str, Column]:
-    """Velocity ``v``, strain ``w`` and displacement ``u`` along ``t`` and ``x``.
-
-    Parameters
-    ----------
-    values : Mapping
-        (samples, places) each.
-    """
+    """Velocity ``v``, strain ``w`` and displacement ``u`` along ``t`` and ``x``; ``values``: (samples, places) each."""
     return {name: Column(("t", "x"), values[key], unit, text) for key, (name, unit, text) in _ALONG.items()}
 
 
 def impact_columns(impacts: Iterable[Contact]) -> dict[str, Column]:
     """Number of the contacts, and the instants, impulse and largest stress of each, along the dimension ``impact``.
 
-    Parameters
-    ----------
-    impacts : iterable of Contact
-        In order; nan where the method does not tell.
+    ``impacts``: in order; nan where the method does not tell.
     """
     hits = tuple(impacts)
     found = {"impacts": Column((), np.int32(len(hits)), "1", "number of contacts with the obstacle")}

@@ -82,13 +82,7 @@ class RodFamily(StructuredPlant):
         return self.intervals.get(name, (value, value))
 
     def with_ends(self, damping: int, others: int) -> Rod:
-        """The rod with the least (0) or the most (1) damping, the same of ``E``, ``rho`` and ``A``, and the longest.
-
-        Parameters
-        ----------
-        damping, others : int
-            Which ends.
-        """
+        """The rod with the least (0) or the most (1) damping, the same of ``E``, ``rho`` and ``A``, and the longest."""
         ends = {name: self.bounds(name)[others] for name in ("youngs_modulus", "density", "area")}
         return self.rod.replace(**ends, damping=self.bounds("damping")[damping], length=self.bounds("length")[1])
 

@@ -134,12 +134,7 @@ def read_plants(system: Mapping[str, object]) -> Plants:
 
 
 def read_parameters(value: object) -> Box:
-    """The bounds of the parameters, each of which has a name.
-
-    Parameters
-    ----------
-    value : object
-        As they stand in a file.
+    """The bounds of the parameters, each of which has a name; ``value``: as they stand in a file.
 
     Raises
     ------
@@ -212,12 +207,7 @@ def proved(document: Document, nonlinearities: Nonlinearities) -> str:
 def leaves(tree: Mapping[str, object], box: Box) -> Iterator[tuple[Box, Mapping[str, object]]]:
     """Every box that is cut no further, with its multiplier; together they are the whole.
 
-    Parameters
-    ----------
-    tree : Mapping
-        The cuts, as they stand in a file.
-    box : tuple of (Fraction, Fraction)
-        The whole.
+    ``tree``: the cuts, as they stand in a file.
     """
     waiting, met = [(tree, box)], 0
     while waiting:
@@ -371,12 +361,7 @@ def _product(a: dict[Powers, T], b: dict[Powers, T], add: Callable[[T, T], T]) -
 def bernstein(p: Mapping[Powers, Value], degrees: Powers) -> Iterator[Value]:
     """The coefficients of a polynomial in ``t`` of these degrees before Bernstein's polynomials.
 
-    Parameters
-    ----------
-    p : Mapping
-        Its own coefficients, numbers, polynomials or matrices, by the powers of ``t``.
-    degrees : tuple of int
-        The degrees.
+    ``p``: its own coefficients, numbers, polynomials or matrices, by the powers of ``t``.
     """
     found = dict(p)
     for j, degree in enumerate(degrees):

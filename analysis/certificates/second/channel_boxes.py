@@ -100,12 +100,7 @@ class Plants:
 
 
 def read_plants(system: Mapping[str, object]) -> Plants:
-    """The plants of a system of several channels with parameters.
-
-    Parameters
-    ----------
-    system : Mapping
-        The system of a certificate.
+    """The plants of a system of several channels with parameters; ``system``: the system of a certificate.
 
     Raises
     ------
@@ -145,11 +140,6 @@ def read_plants(system: Mapping[str, object]) -> Plants:
 def one_member(document: Document) -> Document:
     """The document of one plant of a box, with which a refutation is about an ordinary loop.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-
     Raises
     ------
     NotShown
@@ -166,11 +156,6 @@ def require_growth(document: Document) -> None:
 
     Parameters of a bounded rate go linearly, and then the matrix of the loop has to: ``A`` is affine in them, and
     nothing else has them.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
 
     Raises
     ------
@@ -222,11 +207,6 @@ def require_growth(document: Document) -> None:
 
 def require_proved(document: Document) -> bool:
     """Check the inequality on boxes that cover the box, and say whether a gain is asked for.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
 
     Raises
     ------

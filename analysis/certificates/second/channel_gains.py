@@ -111,12 +111,7 @@ def _characteristic(asked: Asked, gains: Sequence[Fraction]) -> tuple[fmpq, fmpq
 def positive_between(p: fmpq_poly, low: Fraction | None, high: Fraction | None) -> bool:
     """Whether ``p > 0`` on ``[low, high]``; None: on ``[low, inf)``.  By ``x = (low + high y)/(1 + y)``, ``y >= 0``.
 
-    Parameters
-    ----------
-    p : fmpq_poly
-        The polynomial.
-    low, high : Fraction or None
-        The interval.
+    ``low``, ``high``: the interval.
     """
     a = to_fmpq(low or Fraction(0))
     if high is None:
@@ -269,13 +264,6 @@ def _require_growth(document: Document, asked: Asked) -> None:
 def read_jumps(found: Mapping[str, object], asked: Asked) -> tuple[list[list[Fraction]], list[Fraction], bool]:
     """Gains and times of a proof, if the classes have gains that move so, and whether they go linearly.
 
-    Parameters
-    ----------
-    found : Mapping
-        The proof.
-    asked : Asked
-        The plant and its classes.
-
     Raises
     ------
     NotShown
@@ -303,11 +291,8 @@ def read_jumps(found: Mapping[str, object], asked: Asked) -> tuple[list[list[Fra
 def require_outside(steps: Sequence[Step]) -> None:
     """Check ``|tr M^N| > n`` for the matrix ``M`` of one period: it has an eigenvalue outside the unit disc.
 
-    Parameters
-    ----------
-    steps : sequence of (fmpq_mat, fmpq_mat, Fraction or None)
-        The matrix at the beginning of each step and at its end, to which it goes linearly, and the time; None for a
-        step of discrete time.
+    ``steps``: the matrix at the beginning of each step and at its end, to which it goes linearly, and the time; None
+    for a step of discrete time.
 
     Raises
     ------

@@ -96,13 +96,7 @@ class Asked:
 
 
 def read(document: Document) -> Asked:
-    """The plant and the classes of a certificate.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    """
+    """The plant and the classes of a certificate."""
     late = document.system.get("kind") == "multivariable delay"
     sides, discrete = matrices(document, late=late)
     nonlinearities, repeated = read_classes(document, sides["D"].nrows())
@@ -134,12 +128,7 @@ def _delayed(value: object, asked: Asked) -> Asked:
 def matrices(document: Document, *, late: bool = False) -> tuple[dict[str, fmpq_mat], bool]:
     """``A``, ``B``, ``C`` and ``D`` of a certificate by name, and whether time is discrete.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    late : bool
-        Whether the system has dead times as well, which are read by who knows of them.
+    ``late``: whether the system has dead times as well, which are read by who knows of them.
     """
     found = record(document.system, "kind", "time", "A", "B", "C", "D", *(("late",) if late else ()))
     kind = "multivariable delay" if late else "multivariable"
@@ -158,12 +147,7 @@ def matrices(document: Document, *, late: bool = False) -> tuple[dict[str, fmpq_
 def read_classes(document: Document, m: int) -> tuple[tuple[Nonlinearities, ...], tuple[int, ...]]:
     """The class of each channel, and for each the first channel with the same nonlinearity.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    m : int
-        How many channels there are.
+    ``m``: how many channels there are.
     """
     stated = record(document.nonlinearities, "channels", "repeated")
     given = [mapping(one) for one in listed(stated["channels"])]
@@ -197,15 +181,7 @@ def _repeated(stated: object, m: int) -> tuple[int, ...]:
 
 
 def cut(M: fmpq_mat, top: int, rows: int) -> fmpq_mat:
-    """Some rows of a matrix.
-
-    Parameters
-    ----------
-    M : fmpq_mat
-        The matrix.
-    top, rows : int
-        The first row, and how many.
-    """
+    """Some rows of a matrix; ``top``, ``rows``: the first row, and how many."""
     return fmpq_mat([[M[top + i, j] for j in range(M.ncols())] for i in range(rows)])
 
 
@@ -229,13 +205,6 @@ def acyclic(asked: Asked) -> bool:
 
 def require_uniform(weights: Sequence[Fraction], asked: Asked) -> None:
     """Check that an operator on all of its channels has one weight for them, that of the gain being positive.
-
-    Parameters
-    ----------
-    weights : sequence of Fraction
-        One for each channel.
-    asked : Asked
-        The classes.
 
     Raises
     ------
@@ -285,13 +254,7 @@ def balls(values: Sequence[Fraction]) -> arb_mat:
 
 
 def stacked(above: fmpq_mat, below: fmpq_mat) -> fmpq_mat:
-    """One matrix above another.
-
-    Parameters
-    ----------
-    above, below : fmpq_mat
-        As many columns each.
-    """
+    """One matrix above another; ``above``, ``below``: as many columns each."""
     return fmpq_mat([*above.tolist(), *below.tolist()])
 
 
@@ -303,30 +266,14 @@ def joined(first: fmpq_mat, side: fmpq_mat, last: fmpq_mat, *, lower_left: fmpq_
 
 
 def symmetric(value: object, order: int) -> fmpq_mat:
-    """The symmetric matrix of a lower triangle.
-
-    Parameters
-    ----------
-    value : object
-        Rows of numbers.
-    order : int
-        The order of the matrix.
-    """
+    """The symmetric matrix of a lower triangle; ``value``: rows of numbers."""
     rows = [numbers(row) for row in listed(value)]
     require([len(row) for row in rows] == [*range(1, order + 1)], "a lower triangle is missing")
     return fmpq_mat([[to_fmpq(rows[max(i, j)][min(i, j)]) for j in range(order)] for i in range(order)])
 
 
 def growing_member(value: object, asked: Asked) -> list[Fraction]:
-    """Gains of the class, of play and stop those that are left of them for large solutions.
-
-    Parameters
-    ----------
-    value : object
-        Numbers.
-    asked : Asked
-        The classes.
-    """
+    """Gains of the class, of play and stop those that are left of them for large solutions; ``value``: numbers."""
     gains = numbers(value)
     require(len(gains) == len(asked.nonlinearities), "there is not one gain for each channel")
     others = list[Nonlinearities]()
@@ -343,12 +290,7 @@ def growing_member(value: object, asked: Asked) -> list[Fraction]:
 def nearby_member(value: object, asked: Asked) -> list[Fraction]:
     """Gains of the class, and such as a play of a small width, or a stop of a large one, comes near to from rest.
 
-    Parameters
-    ----------
-    value : object
-        Numbers.
-    asked : Asked
-        The classes.
+    ``value``: numbers.
     """
     near = [
         replace(one, lower=Fraction(0), upper=one.memory[1], memory=None) if one.memory is not None else one
@@ -358,15 +300,7 @@ def nearby_member(value: object, asked: Asked) -> list[Fraction]:
 
 
 def member(value: object, asked: Asked) -> list[Fraction]:
-    """Gains of the class, one for each channel.
-
-    Parameters
-    ----------
-    value : object
-        Numbers.
-    asked : Asked
-        The classes.
-    """
+    """Gains of the class, one for each channel; ``value``: numbers."""
     gains = numbers(value)
     require(len(gains) == len(asked.nonlinearities), "there is not one gain for each channel")
     require(all(gains[i] == 0 for i in asked.performance), "the loop is closed from z to w")
@@ -386,11 +320,6 @@ def centred(asked: Asked) -> Asked:
     """The loop with the gain ``c = (l + u)/2`` in place of functions of a block, and one of norm up to ``(u - l)/2``.
 
     Beside dead times: with functions that depend on time in place of these, where one weight is that of the block.
-
-    Parameters
-    ----------
-    asked : Asked
-        The plant and its classes.
 
     Raises
     ------

@@ -51,13 +51,7 @@ class Curve:
 
 
 def turned(p: Place, q: Place) -> fmpq:
-    """Positive where ``q`` is anticlockwise of ``p``, by less than half a turn.
-
-    Parameters
-    ----------
-    p, q : pair of fmpq
-        Two points.
-    """
+    """Positive where ``q`` is anticlockwise of ``p``, by less than half a turn; ``p``, ``q``: two points."""
     return p[0] * q[1] - p[1] * q[0]
 
 
@@ -107,16 +101,7 @@ def _positive_on_unit(p: fmpq_poly) -> bool:
 
 
 def require_crossed(loop: Loop, arcs: Sequence[Arc], side: int) -> None:
-    """Check that ``x'`` points strictly to the left of every arc, for ``side`` -1 to its right.
-
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    arcs : sequence of Arc
-        The arcs.
-    side : int
-        1 or -1.
+    """Check that ``x'`` points strictly to the left of every arc, for ``side`` -1 to its right; ``side``: 1 or -1.
 
     Raises
     ------

@@ -26,13 +26,6 @@ _BITS, _MOST_CHANNELS = 256, 8
 def shown_late(document: Document, asked: Asked) -> str:
     """The sentence that a certificate about a plant with dead times shows.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and its classes.
-
     Raises
     ------
     NotShown

@@ -36,12 +36,7 @@ _CROSSING_BITS, _MOST_SAMPLES = 256, 50
 def without_delays(asked: Asked, *, constant: bool = True) -> Asked:
     """The loop with the gain 1 in place of delays, and operators that are bounded beside it.
 
-    Parameters
-    ----------
-    asked : Asked
-        The plant and its classes.
-    constant : bool
-        Whether constant delays are taken out too.
+    ``constant``: whether constant delays are taken out too.
 
     Raises
     ------
@@ -128,13 +123,6 @@ def refuted_by_delay(document: Document, asked: Asked) -> str:
     first delay and below for the second at all frequencies between the two, and so 0 for one between, continuous in the
     frequency; and ``|h|`` passes through 1.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and its classes.
-
     Raises
     ------
     NotShown
@@ -174,13 +162,6 @@ def refuted_by_delayed_members(document: Document, asked: Asked) -> str:
     """A gain above ``gamma`` at one frequency, with constant gains and constant delays: ``(1 + H G) sigma = H w``.
 
     Whether the loop is stable does not matter: with a gain of at most ``gamma`` its ``T`` would be so on the axis.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and its classes.
 
     Raises
     ------

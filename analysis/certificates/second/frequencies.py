@@ -212,13 +212,7 @@ def _is_positive(given: Multiplier, channels: Sequence[int]) -> bool:
 
 
 def still(given: Multiplier) -> fmpq_mat:
-    """``M(0)``.
-
-    Parameters
-    ----------
-    given : Multiplier
-        The multiplier.
-    """
+    """``M(0)``."""
     found = [[to_fmpq(v) for v in row] for row in given.gamma]
     for chain in given.chains:
         for i, c in (one for rows in chain.rows.values() for one in rows):

@@ -37,12 +37,7 @@ class Graph:
 
 
 def read_graph(value: object) -> Graph:
-    """The nonlinearity of one channel, continuous with ``phi(0) = 0``.
-
-    Parameters
-    ----------
-    value : object
-        As it was read.
+    """The nonlinearity of one channel, continuous with ``phi(0) = 0``; ``value``: as it was read.
 
     Raises
     ------
@@ -89,15 +84,7 @@ def pieces_of(graph: Graph, scale: Fraction) -> list[tuple[Cut, Cut, fmpq_poly]]
 
 
 def nonnegative_between(p: fmpq_poly, low: Cut, high: Cut) -> bool:
-    """Whether ``p >= 0`` between two ends, one of which is finite.
-
-    Parameters
-    ----------
-    p : fmpq_poly
-        The polynomial.
-    low, high : Fraction or None
-        The ends.
-    """
+    """Whether ``p >= 0`` between two ends, one of which is finite."""
     if low is None:
         assert high is not None, "one end is finite"
         return nonnegative_from_zero(p(to_fmpq(high) - X))
@@ -112,15 +99,7 @@ def nonnegative_between(p: fmpq_poly, low: Cut, high: Cut) -> bool:
 
 
 def positive_inside(p: fmpq_poly, low: Cut, high: Cut) -> bool:
-    """Whether ``p > 0`` strictly between the ends: it is nonnegative, and has no double root there.
-
-    Parameters
-    ----------
-    p : fmpq_poly
-        The polynomial.
-    low, high : Fraction or None
-        The ends.
-    """
+    """Whether ``p > 0`` strictly between the ends: it is nonnegative, and has no double root there."""
     if not nonnegative_between(p, low, high) or p.degree() < 0:
         return False
     for end in (low, high):  # roots at the ends are allowed

@@ -40,15 +40,7 @@ class LateLoop:
 
     @classmethod
     def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
-        """The plant with these gains.
-
-        Parameters
-        ----------
-        asked : Asked
-            The plant.
-        gains : sequence of Fraction
-            ``L``.
-        """
+        """The plant with these gains; ``gains``: ``L``."""
         L, one = diagonal(gains), diagonal([Fraction(1)] * len(gains))
         whole = one + asked.D * L
         require(bool(whole.det() != 0), "the loop with the gains by which it is shifted is not well posed")
@@ -68,10 +60,7 @@ class LateLoop:
     def right_roots(self, zeros: int = 0) -> int:
         """How many zeros with ``Re s >= 0`` ``chi(s)/s^r`` has, ``chi = det(s - M(s))``, none lying on the axis.
 
-        Parameters
-        ----------
-        zeros : int
-            ``r``, how often 0 is one of ``chi``.
+        ``zeros``: ``r``, how often 0 is one of ``chi``.
 
         Raises
         ------
@@ -104,13 +93,7 @@ class LateLoop:
         return acb_mat.det(one + M * small)
 
     def adjugate(self, s: acb_series) -> tuple[acb_series, list[list[acb_series]]]:
-        """``chi = det(s - M)`` and ``chi H``.
-
-        Parameters
-        ----------
-        s : acb_series
-            Anywhere.
-        """
+        """``chi = det(s - M)`` and ``chi H``; ``s``: anywhere."""
         return _cramer(*self._sides(s), [[0 * s + acb(arb(v)) for v in row] for row in self.D.tolist()])
 
     def at_zero(self) -> tuple[fmpq_series, list[list[fmpq_series]]]:
@@ -189,13 +172,7 @@ class LateLoop:
         return [(plain, turned), *apart]
 
     def at(self, omega: arb) -> acb_mat:
-        """The transfer matrix at ``i omega``.
-
-        Parameters
-        ----------
-        omega : arb
-            The frequency [rad/s].
-        """
+        """The transfer matrix at ``i omega`` [rad/s]."""
         n, M, C, s = self.A.nrows(), acb_mat(self.A), acb_mat(self.C), acb(0, omega)
         for (tau, A, outputs), (E, D) in zip(self.late, self.rates, strict=True):
             wait = (-s * ball(tau)).exp() * self._grown(tau)
@@ -204,13 +181,7 @@ class LateLoop:
         return C * (one * s - M).solve(acb_mat(self.B)) + acb_mat(self.D)
 
     def at_rest(self, border: tuple[int, int] | None = None) -> fmpq:
-        """:meth:`determinant` at 0, exactly, without a pace.
-
-        Parameters
-        ----------
-        border : (int, int), optional
-            An output and an input.
-        """
+        """:meth:`determinant` at 0, exactly, without a pace; ``border``: an output and an input."""
         A, C = self.A, self.C
         for _, own, outputs in self.late:
             A, C = A + own, C + outputs

@@ -26,23 +26,12 @@ from lure.analysis.certificates.second.reading import Document, NotShown, count,
 
 
 def remembering(asked: Asked) -> bool:
-    """Whether a channel has play or stop.
-
-    Parameters
-    ----------
-    asked : Asked
-        The classes.
-    """
+    """Whether a channel has play or stop."""
     return any(one.memory is not None for one in asked.nonlinearities)
 
 
 def increments(asked: Asked) -> Asked:
     """The loop of the derivatives, in discrete time of the differences, where a channel has memory: sectors.
-
-    Parameters
-    ----------
-    asked : Asked
-        The plant and its classes.
 
     Raises
     ------
@@ -110,13 +99,6 @@ def from_rest(asked: Asked, own: list[int]) -> Asked:
 
 def require_storage(document: Document, asked: Asked) -> None:
     """Check the circle criterion with storage functions of play and stop.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and its classes.
 
     Raises
     ------

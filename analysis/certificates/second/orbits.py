@@ -112,11 +112,6 @@ def stays_of(system: States, nonlinearity: Graph, pieces: Sequence[int], *, half
 def orbit_numbers(found: Mapping[str, object]) -> tuple[list[Fraction], list[Fraction], bool]:
     """First state and durations of an orbit, and whether they make half a period; nothing rests on the others.
 
-    Parameters
-    ----------
-    found : Mapping
-        The proof.
-
     Raises
     ------
     NotShown

@@ -61,12 +61,7 @@ class Spline:
 def require_parametric(document: Document, asked: Asked) -> None:
     """Check that ``V`` is positive definite and falls for all gains that change no faster than said.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and the classes.
+    ``asked``: the plant and the classes.
 
     Raises
     ------

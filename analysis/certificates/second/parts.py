@@ -74,14 +74,7 @@ def documents(document: Document) -> list[Document]:
 
 
 def together(document: Document, said: Sequence[str]) -> str:
-    """What follows of the whole from what is shown of its parts.
-
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    said : sequence of str
-        The sentence that is shown of each part.
+    """What follows of the whole from what is shown of its parts; ``said``: the sentence that is shown of each part.
 
     Raises
     ------

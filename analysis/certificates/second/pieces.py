@@ -77,12 +77,7 @@ def require_pieces(document: Document, asked: Asked) -> bool:
 
     Whether there are poles at 0 in that loop.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-    asked : Asked
-        The plant and its classes, constant delays among them.
+    ``asked``: the plant and its classes, constant delays among them.
 
     Raises
     ------

@@ -90,11 +90,6 @@ def _in_sector(graph: Graph, low: Fraction, high: Fraction, reach: Fraction) -> 
 def shown(document: Document) -> str:
     """The sentence that a certificate about a region of attraction shows.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-
     Raises
     ------
     NotShown

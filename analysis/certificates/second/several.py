@@ -83,11 +83,6 @@ _MULTIPLIERS = {"diagonal": "lambda", "coupled": "forms", "full-block": "Pi"}
 def shown(document: Document) -> str:
     """The sentence that a certificate about several nonlinearities shows.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-
     Raises
     ------
     NotShown

@@ -84,11 +84,6 @@ def within_bounds(document: Document) -> list[Document]:
     A^2/k^2 - 1/E)``, where it is positive, is monotone in each parameter, and so the larger of the last two is largest
     at an end of each.  Of a refutation that of the rod it names.
 
-    Parameters
-    ----------
-    document : Document
-        The parts of the certificate.
-
     Raises
     ------
     NotShown

@@ -198,15 +198,7 @@ def _require_dominant(
 
 
 def static_form(value: object, asked: Asked) -> tuple[fmpq_mat, list[Bounds]]:
-    """``Pi`` for ``(sigma, psi)``, ``psi = phi - l sigma``, of forms of one sample, and the bounds ``(l, h)``.
-
-    Parameters
-    ----------
-    value : object
-        The forms.
-    asked : Asked
-        The classes.
-    """
+    """``Pi`` for ``(sigma, psi)``, ``psi = phi - l sigma``, of forms of one sample, and the bounds ``(l, h)``."""
     forms = read_forms(value, asked, 1, over_time=False)
     m = len(forms.bounds)
     total = [[fmpq(0)] * 2 * m for _ in range(2 * m)]  # of (psi, w sigma - psi)

@@ -72,13 +72,7 @@ def integrators_apart(shifted: Matrices, weights: fmpq_mat) -> tuple[Matrices, f
 
 
 def null_space(M: fmpq_mat) -> fmpq_mat:
-    """A basis of the null space, one column each.
-
-    Parameters
-    ----------
-    M : fmpq_mat
-        Any matrix.
-    """
+    """A basis of the null space, one column each."""
     reduced, rank = M.rref()
     n, pivots = M.ncols(), leading(reduced, rank)
     free = [j for j in range(n) if j not in pivots]
@@ -91,15 +85,7 @@ def null_space(M: fmpq_mat) -> fmpq_mat:
 
 
 def leading(reduced: fmpq_mat, rank: int) -> list[int]:
-    """The columns of the leading ones of a matrix in echelon form.
-
-    Parameters
-    ----------
-    reduced : fmpq_mat
-        In echelon form.
-    rank : int
-        Its number of rows that are not 0.
-    """
+    """The columns of the leading ones of a matrix in echelon form; ``rank``: its number of rows that are not 0."""
     return [next(j for j in range(reduced.ncols()) if reduced[i, j] != 0) for i in range(rank)]
 
 
@@ -205,12 +191,7 @@ def without(M: arb_mat, left_out: Sequence[int]) -> arb_mat:
 def require_one_solution(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> None:
     """Check that ``sigma + D phi(sigma) = y`` has one solution, whatever the multiplier says about differences.
 
-    Parameters
-    ----------
-    asked : Asked
-        The plant and its classes.
-    bounds : sequence of pairs of Fraction
-        Of each channel.
+    ``bounds``: of each channel.
 
     Raises
     ------

@@ -108,14 +108,7 @@ _SHOWN = {
 
 
 def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
-    """The answers to what a system asks, by name.
-
-    Parameters
-    ----------
-    system : LoopSystem
-        The system.
-    seconds : float or None
-        Time allowed to each.
+    """The answers to what a system asks, by name; ``seconds``: time allowed to each.
 
     Raises
     ------
@@ -133,15 +126,7 @@ def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
 
 
 def not_answered(text: str, found: Mapping[str, Any]) -> str:
-    """What a verdict does not show, without what answers beside it prove.
-
-    Parameters
-    ----------
-    text : str
-        What the verdict does not show.
-    found : Mapping
-        From :func:`answers`.
-    """
+    """What a verdict does not show, without what answers beside it prove; ``found``: from :func:`answers`."""
     for name, answer in found.items():
         if answer.verdict is Verdict.PROVED:
             text = text.replace(*_SHOWN.get(name, ("", "")))
@@ -149,26 +134,14 @@ def not_answered(text: str, found: Mapping[str, Any]) -> str:
 
 
 def accepted(found: Mapping[str, Any]) -> Iterator[Checked]:
-    """What the checker accepted of the answers.
-
-    Parameters
-    ----------
-    found : Mapping
-        From :func:`answers`.
-    """
+    """What the checker accepted of the answers; ``found``: from :func:`answers`."""
     for one in found.values():
         sides = (getattr(one, "proof", None), getattr(one, "refutation", None))
         yield from (side for side in sides if side is not None)
 
 
 def pictures(found: Mapping[str, Any]) -> Iterator[FigureSpec]:
-    """The figures of the answers that have one.
-
-    Parameters
-    ----------
-    found : Mapping
-        From :func:`answers`.
-    """
+    """The figures of the answers that have one; ``found``: from :func:`answers`."""
     for name, one in found.items():
         draw = extension("drawing", one)
         if draw is not None and getattr(one, "drawn", True):

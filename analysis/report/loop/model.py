@@ -142,13 +142,7 @@ class LoopReport(Record):
 
 
 def balance_hints(about: Problem) -> tuple[str, ...]:
-    """One sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a nonlinearity.
-
-    Parameters
-    ----------
-    about : Problem
-        The loop.
-    """
+    """A sentence on harmonic balance; empty for blocks with dead time, in discrete time, or without a nonlinearity."""
     block, nonlinearity = about.plant, about.nonlinearity
     if nonlinearity is None or not isinstance(block, RationalPlant) or block.dt is not None:
         return ()
@@ -175,13 +169,7 @@ _KEYS = (
 
 
 def transformation(about: Problem) -> tuple[str, ...]:
-    """The sector shift behind the answers, step by step; empty if the class begins at 0 or nothing was shifted.
-
-    Parameters
-    ----------
-    about : Problem
-        The loop.
-    """
+    """The sector shift behind the answers, step by step; empty if the class begins at 0 or nothing was shifted."""
     block, asked = about.plant, about.given
     if not isinstance(block, RationalPlant) or asked is None or asked.sector.lower in (0, -math.inf):
         return ()
@@ -191,12 +179,7 @@ def transformation(about: Problem) -> tuple[str, ...]:
 def inputs_sha256(about: Problem, found: dict[str, Any]) -> str:
     """Fingerprint of everything that was put in: the block to the last digit, the nonlinearity, the class.
 
-    Parameters
-    ----------
-    about : Problem
-        The loop.
-    found : dict
-        Its analysis as plain data.
+    ``found``: its analysis as plain data.
     """
     nonlinearity = about.nonlinearity
     exact = (

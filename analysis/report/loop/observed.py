@@ -70,11 +70,6 @@ class Observation:
 def observed(found: LoopAnalysis) -> Observation:
     """The given nonlinearity simulated; without a nonlinearity, members of the class that is proved.
 
-    Parameters
-    ----------
-    found : LoopAnalysis
-        The analysis.
-
     Raises
     ------
     ContradictionError

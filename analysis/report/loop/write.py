@@ -33,13 +33,7 @@ from lure.record import described, quantity
 
 
 def own(data: Data) -> bool:
-    """Whether the verdict is on the nonlinearity that was given: PROVED, its class checked, nothing assumed.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """Whether the verdict is on the nonlinearity that was given: PROVED, its class checked, nothing assumed."""
     conclusion = data["conclusion"]
     return (
         data["system"]["law"] is not None
@@ -50,25 +44,13 @@ def own(data: Data) -> bool:
 
 
 def headline(data: Data) -> str:
-    """The verdict in one sentence, without how it was found; after the name of the nonlinearity what is proved of it.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """The verdict in a sentence, without how it was found; after the name of the nonlinearity what is proved of it."""
     conclusion = data["conclusion"]
     return str(conclusion["meaning"] if own(data) else conclusion["headline"])
 
 
 def explanation(data: Data) -> str:
-    """What the statement says after its headline; empty if that is all of it.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """What the statement says after its headline; empty if that is all of it."""
     conclusion = data["conclusion"]
     rest: str = conclusion["statement"][len(conclusion["headline"]) - 1 :].lstrip(",:;. ")
     if rest.startswith("(certified)"):
@@ -77,13 +59,7 @@ def explanation(data: Data) -> str:
 
 
 def open_questions(data: Data) -> list[str]:
-    """What is not decided, and what would decide it.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """What is not decided, and what would decide it."""
     conclusion, rows = data["conclusion"], data["answers"]
     if conclusion["hints"]:
         return list(conclusion["hints"])
@@ -142,13 +118,7 @@ def asked_about(row: Data, system: Data) -> bool:
 
 
 def reason(data: Data) -> str:
-    """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """Why nothing was proved of the class asked about, where the statement does not say it; empty elsewhere."""
     conclusion, rows = data["conclusion"], data["answers"]
     if conclusion["verdict"] == "PROVED":
         return ""
@@ -163,11 +133,6 @@ def criteria(data: Data) -> list[Data]:
     """Each criterion once for each kind of class it was asked about with different results, and its key.
 
     Criteria that proved nothing for one and the same reason are one entry.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
     """
     seen: dict[str, Data] = {}
     for i, row in enumerate(data["answers"]):
@@ -188,13 +153,7 @@ def criteria(data: Data) -> list[Data]:
 
 
 def counterexamples(data: Data) -> list[Data]:
-    """Each destabilising nonlinearity once, with the classes it belongs to and what there is to see of it.
-
-    Parameters
-    ----------
-    data : dict
-        The document.
-    """
+    """Each destabilising nonlinearity once, with the classes it belongs to and what there is to see of it."""
     seen: dict[str, Data] = {}
     for row in data["answers"]:
         both = [one for one in (row["trivial"], row["witness"]) if one is not None]

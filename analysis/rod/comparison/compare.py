@@ -45,10 +45,7 @@ _FEWEST = 8
 def mean_square(error: Array, t: Array) -> float:
     """Root of the mean square over the time, by the trapezoidal rule.
 
-    Parameters
-    ----------
-    error, t : ndarray
-        (n,) values and their instants [s].
+    ``error``, ``t``: (n,) values and their instants [s].
     """
     return math.sqrt(float(np.trapezoid(error**2, t)) / float(t[-1] - t[0]))
 

@@ -73,10 +73,7 @@ class SchemeRun:
 def exact_scheme(scheme: UpwindScheme, scenario: Scenario, until: float, samples: int) -> SchemeRun:
     """The scheme, event to event: :func:`simulate`, or :func:`structured_motion` where that would take too long.
 
-    Parameters
-    ----------
-    scheme, scenario, until, samples
-        See :func:`lure.analysis.rod.comparison.integrate`.
+    ``scheme``, ``scenario``, ``until``, ``samples``: see :func:`lure.analysis.rod.comparison.integrate`.
 
     Raises
     ------

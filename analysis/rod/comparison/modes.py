@@ -28,12 +28,7 @@ def wave_decay(rod: Rod, cells: int | None) -> ModeDecay:
     For the rod ``-ln|a|/(2T)``, the same for all; for ``k = Z`` there are no modes (None), and in the scheme all decay
     at its own rate ``s``.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    cells : int or None
-        ``N`` of the scheme; None for the rod itself.
+    ``cells``: ``N`` of the scheme; None for the rod itself.
     """
     if rod.reflection == 0.0:
         rate = None if cells is None else rod.wave_speed * cells / rod.length
@@ -75,12 +70,7 @@ class GalerkinModes:
 def galerkin_modes(model: GalerkinModel, scenario: Scenario) -> GalerkinModes | None:
     """Modes of a Galerkin model from its matrices, by a dense solver; None above 400 dimensions.
 
-    Parameters
-    ----------
-    model : GalerkinModel
-        The matrices.
-    scenario : Scenario
-        Initial data; its loads do not count.
+    ``scenario``: initial data; its loads do not count.
     """
     m = model.space.order
     if m > LARGEST_DENSE:

@@ -77,10 +77,7 @@ def first_event(motion: Motion) -> FirstEvent | None:
     Jumps start at the ends at ``t = 0``, where the data or the force change their formula, or not at all; each is
     looked at when it arrives at ``x = L``, from both sides.  A formula whose breaks are not known is taken for smooth.
 
-    Parameters
-    ----------
-    motion : Motion
-        All of it, from ``t = 0`` on.
+    ``motion``: all of it, from ``t = 0`` on.
     """
     rod, scenario, T = motion.rod, motion.scenario, motion.rod.travel_time
     arrivals = {T, 2.0 * T}

@@ -96,13 +96,7 @@ def _felt(scheme: UpwindScheme, scenario: Scenario) -> Scenario:
 
 
 def confirmed_kind(rod: Rod, scenario: Scenario) -> Kind:
-    """What a motion can be held against.
-
-    Parameters
-    ----------
-    rod, scenario
-        The rod, its loads and initial data.
-    """
+    """What a motion can be held against; ``rod``, ``scenario``: the rod, its loads and initial data."""
     if not scenario.free:
         return "load"
     if rod.exact["damping"] > 0:

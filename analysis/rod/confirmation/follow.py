@@ -235,10 +235,7 @@ def ringing(rod: Rod, trips: float) -> float:
 def trips_to_settle(rod: Rod) -> float:
     """Round trips until the ringing is below ``1e-14`` of what it was; ``inf`` where doubles see no damping.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k > 0``.
+    ``rod``: the rod, ``k > 0``.
     """
     rate = -RodPlant(rod).log_reflection
     return 1.0 + math.ceil(-_SETTLED / rate) if rate > 0.0 and -_SETTLED / rate < 1e300 else math.inf
@@ -251,15 +248,7 @@ def _until_grown(rod: Rod) -> int:
 
 
 def closed_form_error(rod: Rod, followed: Followed) -> float:
-    """Largest difference between the closed form of the final free flight and its continuation step by step [m].
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    followed : Followed
-        With a final free flight.
-    """
+    """Largest difference between the closed form of the final free flight and its continuation step by step [m]."""
     assert followed.flight is not None
     flight, later = followed.flight, followed.windows[followed.flight_from :]
     stepped = np.array([float(right_ends(window.z)[-1]) for window in later])
@@ -270,12 +259,7 @@ def closed_form_error(rod: Rod, followed: Followed) -> float:
 def momentum_allowance(rod: Rod, windows: tuple[Window, ...]) -> float:
     """What rounding and the errors of the series may be expected to add to ``zeta`` [m].
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k != 0``.
-    windows : tuple of Window
-        The motion.
+    ``rod``: the rod, ``k != 0``.
     """
     gain = abs(zeta_gain(rod))
     wave, z = max(_size(window.returned) for window in windows), max(_size(window.z) for window in windows)

@@ -90,15 +90,7 @@ def rod_energy(track: Track, t: ArrayLike) -> Array:
 
 
 def track_z(track: Track, t: ArrayLike) -> Array:
-    """Contact coordinate [m] at the instants.
-
-    Parameters
-    ----------
-    track : Track
-        The motion.
-    t : array_like
-        (n,) instants from 0 to the end of the track [s].
-    """
+    """Contact coordinate [m] at the instants; ``t``: (n,) instants from 0 to the end of the track [s]."""
     return track.record.at(np.asarray(t, dtype=float) / track.rod.travel_time, "z")
 
 
@@ -153,13 +145,7 @@ def rod_zeta(track: Track, t: ArrayLike) -> Array:
 
 
 def zeta_gain(rod: Rod) -> float:
-    """``T/(1 + a)`` [s], with ``1 + a = 2 k b`` free of cancellation.
-
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k != 0``.
-    """
+    """``T/(1 + a)`` [s], with ``1 + a = 2 k b`` free of cancellation; ``rod``: the rod, ``k != 0``."""
     return rod.travel_time / (2.0 * rod.damping * rod.input_gain)
 
 
@@ -231,10 +217,7 @@ def rod_lyapunov(track: Track, t: ArrayLike) -> Array:
 def lyapunov_weights(rod: Rod) -> Weights:
     """``Q`` of :func:`rod_lyapunov` [Pa s^2/m].
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k > 0``.
+    ``rod``: the rod, ``k > 0``.
 
     Raises
     ------

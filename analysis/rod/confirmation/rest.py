@@ -31,12 +31,7 @@ def initial_zeta(rod: Rod, scenario: Scenario) -> float:
 
     the position of the dashpot and the momentum over ``k``.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k != 0``.
-    scenario : Scenario
-        Its initial data.
+    ``rod``: the rod, ``k != 0``.
 
     Returns
     -------
@@ -62,13 +57,7 @@ def _mean(data: Expression, kinks: Expression, rod: Rod) -> float:
 
 
 def impulse_of(windows: tuple[Window, ...]) -> float:
-    """``A int p dt`` over the round trips [N s].
-
-    Parameters
-    ----------
-    windows : tuple of Window
-        From the start on.
-    """
+    """``A int p dt`` over the round trips [N s]; ``windows``: from the start on."""
     done = [impact.impulse for window in windows for impact in window.impacts]
     going = windows[-1].end.impact
     return math.fsum(done) + (0.0 if going is None else going.impulse)

@@ -134,10 +134,7 @@ def balance(track: Track) -> float:
     ``Z/4 int (W^2 - V^2) dt = A [P(z)]``: what the waves bring and do not take away is in the obstacle.  The rest of
     the balance, ``E' = -k v(t, 0)^2 + g v(t, 0) + int f v dx``, holds identically for waves that are shifted.
 
-    Parameters
-    ----------
-    track : Track
-        The motion, with or without loads.
+    ``track``: the motion, with or without loads.
     """
     rod, start = track.rod, 2.0 * np.arange(len(track.windows), dtype=np.float64)
     stop = np.append(start[1:], start[-1] + track.record.stop)
@@ -202,13 +199,7 @@ def contradictions_of_rod(side: Side, kind: Kind) -> tuple[str, ...]:
 
 
 def contradictions_of_rest(side: Side) -> tuple[str, ...]:
-    """Sentences for a resting place that is inside the obstacle or is not the one that was predicted.
-
-    Parameters
-    ----------
-    side : Side
-        A motion.
-    """
+    """Sentences for a resting place that is inside the obstacle or is not the one that was predicted."""
     rest, found = side.rest, []
     if rest is None:
         return ()

@@ -19,10 +19,7 @@ from lure.rod.scenario import initial_state, matching
 def theory_claims(runs: PaperRuns) -> tuple[PaperClaim, ...]:
     """Claims of section 4 with what becomes of each, in the order of the paper.
 
-    Parameters
-    ----------
-    runs : PaperRuns
-        The motions behind the figures.
+    ``runs``: the motions behind the figures.
     """
     return (_rest(runs), _matched(runs), _simple_zero(runs), _popov(runs), _circulant(runs))
 
@@ -129,10 +126,7 @@ def _circulant(runs: PaperRuns) -> PaperClaim:
 def figure_claims(runs: PaperRuns) -> tuple[PaperClaim, ...]:
     """Claims of section 5 with what becomes of each, in the order of the paper.
 
-    Parameters
-    ----------
-    runs : PaperRuns
-        The motions behind the figures.
+    ``runs``: the motions behind the figures.
     """
     forced = (_contact(runs, figure) for figure in (8, 9, 10))
     return (_same_for_n(runs), _start(runs), _settling(runs), _free_release(runs), _force(runs), *forced)

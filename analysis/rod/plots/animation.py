@@ -86,10 +86,7 @@ def exaggeration(film: Film) -> tuple[float, float]:
     From zero, unless the rod as a whole has moved much farther than it moves in the film.  The obstacle is in view if
     it is not far beyond the motion.
 
-    Parameters
-    ----------
-    film : Film
-        A stretch of a motion.
+    ``film``: a stretch of a motion.
     """
     u, gap = film.along.u, film.run.rod.gap
     low, high = float(u.min()), float(u.max())

@@ -225,13 +225,7 @@ def _kind(response: Response) -> str:
 
 
 def shortened(text: str) -> str:
-    """A formula for a title.
-
-    Parameters
-    ----------
-    text : str
-        The formula; from its 44th character on it is left out.
-    """
+    """A formula for a title; ``text``: the formula; from its 44th character on it is left out."""
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
 
 

@@ -206,10 +206,7 @@ def _cleared(ax: Axes | None, **margins: float) -> tuple[Figure, SubplotSpec]:
 def colour_top(values: NDArray[np.float64]) -> float:
     """End of a symmetric colour scale: somewhat above the largest size, unless that is far above nearly all others.
 
-    Parameters
-    ----------
-    values : ndarray
-        What is coloured.
+    ``values``: what is coloured.
     """
     sizes = np.abs(values)
     largest, usual = float(sizes.max()), float(np.quantile(sizes, 0.99))
@@ -386,14 +383,7 @@ def head(figure: Figure, title: str, run: SampledRun, part: str = "") -> None:
 
 
 def shade_contacts(run: SampledRun, axes: Axes) -> int:
-    """Shade the contacts that fall in the time drawn.
-
-    Parameters
-    ----------
-    run : SampledRun
-        A motion.
-    axes : Axes
-        Where time is the horizontal axis.
+    """Shade the contacts that fall in the time drawn; ``axes``: where time is the horizontal axis.
 
     Returns
     -------
@@ -413,10 +403,7 @@ def shade_contacts(run: SampledRun, axes: Axes) -> int:
 def envelope(t: Array, values: Array) -> tuple[Array, Array]:
     """The least and the largest value of each of 800 stretches, where there are more than 4000 points.
 
-    Parameters
-    ----------
-    t, values : ndarray
-        (n,) a curve.
+    ``t``, ``values``: (n,) a curve.
     """
     if len(t) <= 5 * _STRETCHES:
         return t, values

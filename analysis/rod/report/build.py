@@ -133,15 +133,7 @@ def _demand_no(contradictions: Sequence[str], what: str) -> None:
 
 
 def checked_criteria(scheme: UpwindScheme, results: Sequence[CriterionResult]) -> tuple[CriterionResult, ...]:
-    """Results for the rod and its scheme with what the checker accepted of them; INCONCLUSIVE where it was nothing.
-
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    results : sequence of CriterionResult
-        What the criteria said.
-    """
+    """Results for the rod and its scheme with what the checker accepted of them; INCONCLUSIVE where it was nothing."""
     return tuple(_checked(scheme, result) for result in results)
 
 

@@ -146,10 +146,7 @@ def _observed(report: StabilityReport) -> list[Claim]:
 def merged(rows: tuple[Claim, ...]) -> tuple[Claim, ...]:
     """Claims of the same words and answer about different models as one, its models joined.
 
-    Parameters
-    ----------
-    rows : tuple of Claim
-        From :func:`claims`.
+    ``rows``: from :func:`claims`.
     """
     joined: dict[tuple[str, str, Evidence | None], list[str]] = {}
     for row in rows:

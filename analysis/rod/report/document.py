@@ -35,13 +35,7 @@ _UNDER_LOAD = (
 
 
 def confirmation_data(found: Confirmation) -> Json:
-    """The ``confirmation`` part of ``report.json``.
-
-    Parameters
-    ----------
-    found : Confirmation
-        The two motions.
-    """
+    """The ``confirmation`` part of ``report.json``; ``found``: the two motions."""
     return {
         "kind": found.kind,
         "sentence": confirmation_sentence(found),
@@ -235,10 +229,7 @@ def exact_text(value: Fraction) -> str:
 def inputs_sha256(system: Json) -> str:
     """Fingerprint of everything that was put in: parameters to the last digit, loads, initial data, discretisation.
 
-    Parameters
-    ----------
-    system : dict
-        The ``system`` part of the document.
+    ``system``: the ``system`` part of the document.
     """
     inputs = {
         key: system[key]

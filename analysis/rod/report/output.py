@@ -99,10 +99,7 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...], *, 
 def rod_diagram(data: Json) -> Markup:
     """The block diagram of a rod: ``H`` without a grid, with ``e`` for one round trip, and the contact law.
 
-    Parameters
-    ----------
-    data : dict
-        From :func:`lure.analysis.rod.report.document.document`.
+    ``data``: from :func:`lure.analysis.rod.report.document.document`.
     """
     given, derived = data["system"]["parameters"], data["system"]["derived"]
     size, signs = number(abs(derived["a"])), ("−", "+") if derived["a"] >= 0 else ("+", "−")

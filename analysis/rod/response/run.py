@@ -268,13 +268,7 @@ def response(rod: Rod, force: Load, *, plan: Plan | None = None, progress: Progr
 
 
 def scenario_of(force: Load) -> Scenario:
-    """A scenario with the force, from rest, or the scenario given.
-
-    Parameters
-    ----------
-    force : Scenario, Expression, str or number
-        See :func:`response`.
-    """
+    """A scenario with the force, from rest, or the scenario given; ``force``: see :func:`response`."""
     if isinstance(force, Scenario):
         return force
     return Scenario(force=force) if isinstance(force, Expression) else Scenario.parse(force=force)

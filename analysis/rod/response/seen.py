@@ -418,12 +418,6 @@ def spectrum(record: Recording, regime: Regime, period: float, samples: int) -> 
 
 
 def share_in_contact(record: Recording) -> float:
-    """Share of the watch in which the end touches the obstacle [-].
-
-    Parameters
-    ----------
-    record : Recording
-        The watched motion.
-    """
+    """Share of the watch in which the end touches the obstacle [-]; ``record``: the watched motion."""
     touching = math.fsum(end - start for start, end in record.contacts)
     return min(touching / float(record.t[-1] - record.t[0]), 1.0)

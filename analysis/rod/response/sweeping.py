@@ -151,12 +151,7 @@ def _later(node: Node, start: float) -> Node:
 
 
 def checked_values(values: Sequence[float]) -> tuple[float, ...]:
-    """The values as floats.
-
-    Parameters
-    ----------
-    values : sequence of float
-        Of a parameter.
+    """The values as floats; ``values``: of a parameter.
 
     Raises
     ------

@@ -23,12 +23,7 @@ if TYPE_CHECKING:
 
 
 def check_netcdf_name(path: Path) -> None:
-    """Refuse a name of another kind of file for netCDF.
-
-    Parameters
-    ----------
-    path : Path
-        The file to write.
+    """Refuse a name of another kind of file for netCDF; ``path``: the file to write.
 
     Raises
     ------

@@ -75,14 +75,7 @@ def sampled_motion(
 
 
 def motion_at(motion: Motion, t: Array) -> SampledRun:
-    """An exact motion at any increasing instants, without energy and fields.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    t : ndarray
-        (samples,) instants [s].
+    """An exact motion at any increasing instants, without energy and fields; ``t``: (samples,) instants [s].
 
     Raises
     ------

@@ -91,12 +91,7 @@ class Request:
 def for_drawing(request: Request, system: RodSystem) -> Request:
     """The request with the fields that a picture of the whole rod needs, where no exact motion is kept to draw from.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked for.
-    system : RodSystem
-        The system, whose cells count if the request names none.
+    ``system``: the system, whose cells count if the request names none.
 
     Raises
     ------

@@ -152,15 +152,7 @@ def sparse(until: float, samples: int, rod: Rod) -> str:
 
 
 def summary_lines(run: SampledRun, name: str) -> list[str]:
-    """What moved, what touched, how energy and errors stand, and what this shows.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    name : str
-        Name of the system.
-    """
+    """What moved, what touched, how energy and errors stand, and what this shows; ``name``: name of the system."""
     said = [f"{name} up to {run.until:g} s: {run.about}.", *_ends(run), _contact(run), _end(run)]
     if run.energy is not None:
         said.append(f"Energy: {run.energy[0]:.6g} J at the start, {run.energy[-1]:.6g} J at the end.")
@@ -208,25 +200,14 @@ def _end(run: SampledRun) -> str:
 
 
 def moving(run: SampledRun) -> bool:
-    """Whether energy above rounding is left at the end; true where the method gives no energy.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    """
+    """Whether energy above rounding is left at the end; true where the method gives no energy."""
     return run.energy is None or float(run.energy[-1]) > _REST * float(run.energy.max())
 
 
 def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
     """The same as plain data, with every impact; numbers that are not known are None.
 
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    name : str
-        Name of the system.
+    ``name``: name of the system.
     """
     stress, where = run.largest_stress
     return {
@@ -249,13 +230,7 @@ def summary_dict(run: SampledRun, name: str) -> dict[str, Any]:
 
 
 def summary_page(run: SampledRun) -> Page:
-    """A table for notebooks: the same lines.
-
-    Parameters
-    ----------
-    run : SampledRun
-        The motion.
-    """
+    """A table for notebooks: the same lines."""
     said = [("what moved", run.about), ("time", f"{run.t[0]:g} s to {run.until:g} s, {run.t.size} samples")]
     said += [("force g(t) [N]", str(run.scenario.force))]
     lines = [line.partition(": ") for line in summary_lines(run, run.subject)[1:-1]]

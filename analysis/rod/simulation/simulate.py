@@ -136,12 +136,7 @@ def _coordinates(plan: Plan, loads: Loads, state: Array, times: Array, gaps: Arr
 def in_steps(scheme: UpwindScheme, until: float) -> bool:
     """Whether :func:`simulate` takes so many cells for so long; :func:`.structured_motion` may where it does not.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    until : float
-        End of the run [s].
+    ``until``: end of the run [s].
     """
     return scheme.cells <= LARGEST_CELLS and 2.0 * scheme.cells * scheme.rate * until <= LARGEST_WORK
 

@@ -301,10 +301,7 @@ def round_trip(factor: sp.Expr) -> sp.Expr:
     Solved from ``W = -a factor V``, ``V = W + 2 d mu``, ``s' z = (W + V)/2`` with ``g = 0`` and zero initial data.  The
     rod has ``e^{-2 s' T}``; the scheme, where a cell multiplies by ``q = 1/(1 + s'/s)``, has ``q^{2N}`` for any ``N``.
 
-    Parameters
-    ----------
-    factor : sympy.Expr
-        Transfer function of the round trip, without the reflection ``-a`` at ``x = 0``.
+    ``factor``: transfer function of the round trip, without the reflection ``-a`` at ``x = 0``.
     """
     incoming, outgoing, sigma, mu = sp.symbols("W V sigma mu")
     equations = [

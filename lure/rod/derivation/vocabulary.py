@@ -79,10 +79,7 @@ class Misprint(Record):
 def residual(*differences: sp.Expr) -> sp.Expr:
     """Return several differences as one expression, zero exactly when all of them simplify to zero.
 
-    Parameters
-    ----------
-    *differences : sympy.Expr
-        Each one an expression that should vanish identically.
+    ``*differences``: each one an expression that should vanish identically.
 
     Returns
     -------

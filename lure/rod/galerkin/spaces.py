@@ -125,12 +125,7 @@ class Quadrature:
 def quadrature(space: Space, breaks: tuple[float, ...] = ()) -> Quadrature:
     """Quadrature on the elements of a space, cut where formulas change.
 
-    Parameters
-    ----------
-    space : Space
-        The space.
-    breaks : tuple of float
-        Further places where panels end [m].
+    ``breaks``: further places where panels end [m].
     """
     edges = np.union1d(space.edges, np.asarray(breaks, dtype=float))
     half = 0.5 * np.diff(edges)[:, None]

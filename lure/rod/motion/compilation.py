@@ -24,14 +24,7 @@ _KERNELS: dict[Kernel, Kernel] = {}
 def compilation_pays(problem: Problem, wish: bool | None, seconds: float = 0.0) -> bool:  # noqa: FBT001  (an option)
     """Whether to compile: if asked to, if it was done before, or if it costs less than it saves.
 
-    Parameters
-    ----------
-    problem : Problem
-        The motion.
-    wish : bool or None
-        What was asked for.
-    seconds : float
-        What is left is likely to take so long as it stands [s].
+    ``seconds``: what is left is likely to take so long as it stands [s].
 
     Raises
     ------

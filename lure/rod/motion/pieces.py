@@ -153,12 +153,7 @@ def directions(series: Array) -> Array:
 
 
 def supremum(series: Array) -> tuple[float, float]:
-    """Bracket on the largest value of a piecewise polynomial.
-
-    Parameters
-    ----------
-    series : ndarray
-        (m, N+1) Chebyshev coefficients.
+    """Bracket on the largest value of a piecewise polynomial; ``series``: (m, N+1) Chebyshev coefficients.
 
     Returns
     -------

@@ -31,10 +31,7 @@ _MOST = 1_000_000_000  # cell crossings looked at in all
 def fewest_cells(stiffness: float) -> int:
     """The fewest cells with which contact loses at most two digits to its register.
 
-    Parameters
-    ----------
-    stiffness : float
-        ``d c_n L/c = kappa N``.
+    ``stiffness``: ``d c_n L/c = kappa N``.
     """
     cells = max(1, math.ceil(stiffness))
     while _log_gain(cells, stiffness / cells, 1) > math.log(_LARGEST_GAIN):
@@ -164,12 +161,7 @@ class NextContact:
 def next_contact(flight: FreeFlight, until: float) -> NextContact | None:
     """:func:`first_contact` in units of ``1/s``, possibly a little later than ``until``.
 
-    Parameters
-    ----------
-    flight : FreeFlight
-        Free flight.
-    until : float
-        End of the search, in units of ``1/s``.
+    ``until``: end of the search, in units of ``1/s``.
 
     Raises
     ------
@@ -207,10 +199,7 @@ def next_contact(flight: FreeFlight, until: float) -> NextContact | None:
 def halved(length: int) -> int:
     """A shorter stretch, after which the register is filled anew with values of the size of the motion.
 
-    Parameters
-    ----------
-    length : int
-        Cell crossings of the stretch that was not decided.
+    ``length``: cell crossings of the stretch that was not decided.
 
     Raises
     ------

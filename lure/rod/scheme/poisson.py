@@ -90,10 +90,7 @@ def window(mean: float) -> tuple[int, int]:
 def poisson_weights(mean: Mean) -> tuple[int, Array]:
     """The first index of the window and the weights on it, which sum to one.
 
-    Parameters
-    ----------
-    mean : Mean
-        At most ``1e13``: beyond it the window has more than 50 million terms.
+    ``mean``: at most ``1e13``: beyond it the window has more than 50 million terms.
 
     Raises
     ------
