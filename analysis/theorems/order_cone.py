@@ -91,9 +91,11 @@ def order_cone_largest(
     AssumptionError
         The block is not stable with the gain ``lower``.
 
-    Notes ----- Cutting planes: a linear programme over the taps and ``M``, to which the worst frequencies and the worst
-    points of the cones are added.  The numbers are rounded; copositivity is then decided in rationals on every face of
-    every cone, and the frequency inequality by counting the roots of a polynomial.
+    Notes
+    -----
+    Cutting planes: a linear programme over the taps and ``M``, to which the worst frequencies and the worst points of
+    the cones are added.  The numbers are rounded; copositivity is then decided in rationals on every face of every
+    cone, and the frequency inequality by counting the roots of a polynomial.
 
     Examples
     --------
