@@ -71,8 +71,9 @@ class DelayResponse:
         bottom, back = from_descending(block.denominator), [(T, from_descending(q)) for T, q in block.feedback]
         if not block.strictly_proper:
             raise AssumptionError(
-                f"the block {block} is not strictly proper; with dead time that is a neutral equation, where classes "
-                "with two finite bounds are covered, by the circle criterion and Popov's; give such a class",
+                f"the block {block} is a neutral equation, one of its terms with dead time having the degree of the "
+                "denominator; there classes with two finite bounds are covered, by the circle criterion and Popov's; "
+                "give such a class",
                 code=Reason.DEAD_TIME,
             )
         if back:

@@ -51,6 +51,8 @@ def as_one_channel(asked: Problem) -> Problem:
 def _unstable_from(plant: object, lower: Fraction = Fraction(0)) -> str:
     """Why the plant is not stable with small gains above a lower one, where that is known; empty else."""
     assert isinstance(plant, DelayPlant), "asked of such plants"
+    if not plant.strictly_proper:
+        return ""
     try:
         Delayed.of(plant, lower)
     except AssumptionError as refused:
@@ -96,8 +98,10 @@ def bound_of_factors(asked: Problem, found: Factors) -> StabilityBound:
         witness = replace(witness, k=high)
         if row.verdict is Verdict.REFUTED:
             reason = "the class should begin where the plant is stable"
-        elif row.verdict is Verdict.INCONCLUSIVE and lower == 0:  # small gains destabilise
-            concluded, reason = conclusion_of(found.asked.scaled(factor), shown), _unstable_from(asked.plant)
+        elif (
+            row.verdict is Verdict.INCONCLUSIVE and lower == 0 and (why := _unstable_from(asked.plant))
+        ):  # by small gains
+            concluded, reason = conclusion_of(found.asked.scaled(factor), shown), why
     return replace(
         row,
         question=asked.question,

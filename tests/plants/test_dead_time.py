@@ -106,7 +106,7 @@ def test_the_sign_of_the_steady_gain_alone_can_decide():
     [
         ("exp(-s)/(s - 1)", "1 to the right"),
         ("exp(-s)/s**2", "2 on it"),
-        ("exp(-s)*(s + 2)/(s + 1)", "not strictly proper"),
+        ("exp(-s)*(s + 2)/(s + 1)", "a neutral equation"),
         ("-exp(-s)/s", "residue"),
         ("exp(-s)/(s*s + 1)", "2 on it"),
     ],

@@ -82,6 +82,14 @@ def test_neutral_equations_end_at_the_linear_gain(text, end):
         assert recheck(shown.certificate).accepted
 
 
+def test_a_neutral_equation_of_which_nothing_is_proved_is_not_refuted_by_a_gain_far_above_0():
+    # stable, as 1 + .6 z + .6 z^2 has zeros with |z| > 1, and .6 + .6 > 1 proves nothing; the gain k puts a root at
+    # i w where w (.6 + 1.6 cos w) + sin w = 0 and k = .4 w sin w - cos w: w = 2.21505, k = 1.309017
+    found = max_sector("exp(-s)/(s + 1 + 0.6*s*exp(-s) + 0.6*s*exp(-2*s))")
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert found.refuted_at == pytest.approx(1.309017, rel=1e-6)
+
+
 @pytest.mark.parametrize("text", ["-1/2 - exp(-s)/(s + 3)", "-1/2 - 2/3/(s + 3 - exp(-s))"])
 def test_a_direct_term_without_dead_time_needs_slopes(text):
     # H(0) = -1/2 - 1/3, and Re H is least there: the gain 6/5 puts a root at 0
