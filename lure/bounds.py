@@ -12,7 +12,7 @@ from lure.record import Record, quantity, rounded
 from lure.record.values import Towards
 
 _LONGEST = 24
-_A_BOUND = "an int, a float, a Fraction or math.inf"
+_A_BOUND = "a number (int, float or Fraction), -math.inf or math.inf"
 
 
 def lower_text(value: float | Fraction) -> str:
@@ -50,7 +50,9 @@ class Bounds(Record, kw_only=False):
             if isinstance(bound, bool) or not isinstance(bound, int | float | Fraction):
                 raise InputError(f"{name}.{label} is {bound!r}; give {_A_BOUND}")
             if isinstance(bound, float) and math.isnan(bound):
-                raise InputError(f"{name}.{label} is nan; give {_A_BOUND}", code=Reason.NO_NUMBERS)
+                raise InputError(
+                    f"{name}.{label} is nan, which bounds nothing; give {_A_BOUND}", code=Reason.NO_NUMBERS
+                )
             if not (isinstance(bound, float) and math.isinf(bound)):
                 exact_number(bound, f"{name}.{label}")
         if not self.lower < self.upper:

@@ -475,7 +475,6 @@ def export(
         raise InputError("nothing says for which program the certificate is exported; give --coq")
     if str(output) != "-":
         _check_name(output)
-        check_target(output, force=force)
     found = verified(certificate, second=False, seconds=seconds)
     if found.shown is None:
         raise InputError(
@@ -484,6 +483,8 @@ def export(
             else f"the certificate is rejected: {found.reason}; export one that lure verify accepts"
         )
     assert found.result == ACCEPTED
+    if str(output) != "-":
+        check_target(output, force=force)
     from lure.analysis.export import coq_text
 
     text = coq_text(found.shown)

@@ -144,8 +144,7 @@ def starting(
     from lure.files import plant_template
     from lure.rod.file import template
 
-    target = path or Path("plant.toml" if loop else "rod.toml")
-    return target, plant_template() if loop else template(), f"edit it, then run: {_command('lure report', target)}"
+    return _system(path, "plant.toml" if loop else "rod.toml", plant_template() if loop else template())
 
 
 def _of_kind(path: Path | None, kind: str) -> tuple[Path, str, str]:
@@ -156,9 +155,14 @@ def _of_kind(path: Path | None, kind: str) -> tuple[Path, str, str]:
     kinds = sorted((*TEMPLATES, "contact"))
     if kind not in kinds:
         raise InputError(f"--kind is {kind!r:.40}; {did_you_mean(kind, kinds)}give one of {', '.join(kinds)}")
-    target = path or Path(f"{kind}.toml")
-    text = template(kind) if kind == "contact" else plant_template(kind)
-    return target, text, f"edit it, then run: {_command('lure report', target)}"
+    return _system(path, f"{kind}.toml", template(kind) if kind == "contact" else plant_template(kind))
+
+
+def _system(path: Path | None, usual: str, text: str) -> tuple[Path, str, str]:
+    """A template, whose comments name the file that is written."""
+    target = path or Path(usual)
+    named = text.replace(f" {usual}", f" {shlex.quote(target.name)}")
+    return target, named, f"edit it, then run: {_command('lure report', target)}"
 
 
 def _notebook(path: Path) -> tuple[Path, str, str]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from fractions import Fraction
 
+from lure.exact import square_root
 from lure.record.values import Towards, rounded
 
 # Exact numbers rounded to doubles, and doubles to text, in a stated direction.
@@ -67,3 +69,35 @@ def _bound(value: float | Fraction, towards: Towards) -> str:
         return text
     digits = text.rstrip("0")
     return f"{digits[0]}{'.' if digits[1:] else ''}{digits[1:]}e{len(text) - 1}"
+
+
+def form_text(rows: Sequence[Sequence[Fraction]], towards: Towards) -> str:
+    """A symmetric matrix as text: the form ``x' P x`` of what is printed is nowhere below, or above, the exact one.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of Fraction
+        (n, n).
+    towards : {"above", "below"}
+        Where the form is rounded: ``{x : x' P x <= 1}`` of one rounded above lies within the exact set.
+
+    Notes
+    -----
+    What an entry beside the diagonal loses goes to the diagonal, as ``2 |e x y| <= |e| (r x^2 + y^2/r)``.
+
+    Examples
+    --------
+    >>> third = Fraction(1, 3)
+    >>> form_text([[1, third], [third, 1]], "above"), form_text([[1, third], [third, 1]], "below")
+    ('[[1.000001, 0.3333333], [0.3333333, 1.000001]]', '[[0.9999999, 0.3333333], [0.3333333, 0.9999999]]')
+    """
+    texts = [[rounded(v, "nearest", 7) for v in row] for row in rows]
+    for i, row in enumerate(rows):
+        lost = Fraction(0)
+        for j in set(range(len(rows))) - {i}:
+            first, second = (rows[k][k] for k in sorted((i, j)))
+            root = square_root(Fraction(first) / second) if first > 0 and second > 0 else 1.0
+            r = Fraction(root) if 0 < root < math.inf else Fraction(1)
+            lost += abs(Fraction(texts[i][j]) - row[j]) * (r if i < j else 1 / r)
+        texts[i][i] = rounded(row[i] + lost if towards == "above" else row[i] - lost, towards, 7)
+    return f"[{', '.join('[' + ', '.join(row) + ']' for row in texts)}]"

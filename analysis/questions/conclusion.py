@@ -277,14 +277,14 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
     head = f"{says} for every {whole}{plants and ' and' + plants.removeprefix(' for')}"
     found = head
     if name:
-        member = "of which it is one as declared" if words else "of which it is checked to be one"
+        member = f"(it is {'declared' if words else 'checked'} to be one)"
         if asked.several:
-            member = f"classes to which these {'belong as declared' if words else 'are checked to belong'}"
-        found = f", as for every {about}, {member}"
+            member = f"(these are {'declared' if words else 'checked'} to belong)"
+        found = f", as for every {about} {member}"
         given = asked.known if nonlinearity is None else (nonlinearity,)
         if not attracts and given and _rests_at_zero_only(given, shown):
             only = "each meets its critical gain at 0 only" if asked.several else "it vanishes at 0 only"
-            found = f": {head[0].lower()}{head[1:]}, {member}, and {only}"
+            found = f": {head[0].lower()}{head[1:]} {member}, and {only}"
             says, attracts = says.partition(" converges")[0] + " converges to 0", True
         provisos = [words, f"if {assumed.removeprefix('for which ')}" if assumed else ""]
         head = f"{says} with {name}{plants}" + "".join(f", {said}" for said in provisos if said)

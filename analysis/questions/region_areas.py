@@ -1,4 +1,4 @@
-"""How large sets around 0 and their unions are at least: polygons in the plane, simplices in space."""
+"""How large sets around 0 and their unions are at least, by polygons or simplices, and the matrix of one as text."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any
 
+from lure.analysis.numerics.doubles import form_text
 from lure.arrays import Reals, np
 
 Points = tuple[tuple[Fraction, ...], ...]
 Corners = list[tuple[Fraction, Fraction]]
 _PARTS, _CORNERS, _RINGS, _HALVINGS, _FAR, _ROUNDED, _ROOM = 4, 200, 16, 60, 1e4, 1e-6, 1.1
+_SHOWN = 6  # states, up to which a matrix is written out
 _CONES = {2: 500, 3: 40}  # along each edge of a quadrant or an octant
 
 
@@ -208,3 +210,28 @@ def union_volume(parts: Sequence[Callable[[Reals], Reals]], turn: Reals) -> floa
     for value in parts:
         best = np.maximum(best, np.prod(_reached(value, rays, 1 - 1e-9)[cones], axis=1))
     return float(best @ np.abs(np.linalg.det(rays[cones])) / math.factorial(n) * (1 - 1e-9))
+
+
+def form_said(name: str, rows: Points | None, index: int = 0, *, weights: str = "") -> list[str]:
+    """The matrix of a set, rounded so that what is said of the set stays true, and where it is exact.
+
+    Parameters
+    ----------
+    name : {"P", "Q"}
+        ``P`` of a set inside, ``Q`` of one outside.
+    rows : sequence of sequences of Fraction, or None
+        (n, n); of many states only the place is named, of None nothing is said.
+    index : int
+        Which of these sets it is.
+    weights : str
+        What else is rounded; then the rounded set need not lie inside.
+    """
+    place = f"{'sets' if name == 'P' else 'outside'}[{index}].{name} has it exactly, in Python and in the JSON"
+    if rows is None:
+        return []
+    if len(rows) > _SHOWN:
+        return [f"{name} has {len(rows)} rows; {place}."]
+    if name == "Q":
+        return [f"Q = {form_text(rows, 'below')}, rounded so that this holds for it too; {place}."]
+    how = (weights and f"{weights}, rounded") or ", rounded so that its ellipsoid lies inside"
+    return [f"P = {form_text(rows, 'above')}{how}; {place}."]

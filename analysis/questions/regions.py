@@ -15,7 +15,14 @@ from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawn
 from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
-from lure.analysis.questions.region_areas import area, level_polygon, polygon_within, union_below, union_volume
+from lure.analysis.questions.region_areas import (
+    area,
+    form_said,
+    level_polygon,
+    polygon_within,
+    union_below,
+    union_volume,
+)
 from lure.analysis.questions.region_curves import PlanarSets, gauge, planar_sets, points_of, within
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set, unanswered
 from lure.analysis.questions.region_everywhere import proved_everywhere
@@ -54,7 +61,6 @@ Exactly = tuple[tuple[Fraction, ...], ...]
 Ends = tuple[Fraction | float, Fraction | float]
 _UNITED = 3  # states, up to which several ellipsoids are looked for
 _ADDS = 1 + Fraction(1, 10**5)  # by which a curve makes a union larger, to be kept
-_SHOWN = 6  # states, up to which a matrix is written out
 
 
 def _sentence(shown: Proved | Refuted) -> str:
@@ -300,14 +306,15 @@ class RegionOfAttraction(TwoSided):
                     else "the level set x^T P x + 2 sum theta_i int phi_i <= 1"
                 )
                 said = [f"PROVED: every solution that starts in {where} tends to 0; its {word} is at least {size}."]
-                said += _matrix_said(first)
+                weights = (f", theta_{row['channel']} = {float(Fraction(row['theta'])):.7g}" for row in first.integrals)
+                said += form_said("P", first.P, weights="".join(weights))
             if first.volume < self.area[0]:
                 said.append(
                     f"Together with {len(self.sets) - 1} more the {word} is at least {text_below(self.area[0], 7)}."
                 )
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
-        for one in self.outside:
+        for i, one in enumerate(self.outside):
             if one.interval is not None:
                 low, high = map(_shown, one.interval, ("below", "above"))
                 where = " or ".join([f"from {high} on"] * (high != "inf") + [f"up to {low}"] * (low != "-inf"))
@@ -319,7 +326,7 @@ class RegionOfAttraction(TwoSided):
                 if "orbit" in one.proof.certificate["proof"]:
                     said[-1] += f" A periodic solution {'runs between them' if inner else 'lies within'}."
             else:
-                said.append("No solution that starts where x^T Q x > 1 tends to 0, Q as in the certificate.")
+                said += ["No solution that starts where x^T Q x > 1 tends to 0.", *form_said("Q", one.Q, i)]
         if self.area[1] is not None and math.isfinite(self.area[1]):
             said.append(f"The {word} of the region is at most {text_above(self.area[1], 7)}.")
         if self.reachable is not None:
@@ -327,15 +334,6 @@ class RegionOfAttraction(TwoSided):
         elif self.sets and self.reason:
             said.append(f"{self.reason[0].upper()}{self.reason[1:]}.")
         return said
-
-
-def _matrix_said(one: AttractedSet) -> list[str]:
-    """The matrix of a set, rounded, and the weights of its integrals."""
-    if one.P is None or len(one.P) > _SHOWN:
-        return []
-    rows = ", ".join(f"[{', '.join(f'{float(v):.7g}' for v in row)}]" for row in one.P)
-    weights = "".join(f", theta_{entry['channel']} = {float(Fraction(entry['theta'])):.7g}" for entry in one.integrals)
-    return [f"P = [{rows}]{weights}, rounded; the certificate has it exactly."]
 
 
 def _shown(end: Fraction | float, towards: str) -> str:

@@ -55,12 +55,18 @@ class RodSpectrum(Record):
         """Whether the wave modes of the rod grow (``k < 0``)."""
         return self.decay_rod < 0
 
+    @property
+    def _zero(self) -> str:
+        return {1: "simple", 2: "double"}[self.zero_multiplicity]
+
     def __str__(self) -> str:
-        zero = {1: "simple", 2: "double"}[self.zero_multiplicity]
-        return (
-            f"zero eigenvalue {zero}; slowest wave mode decays at {self.decay_scheme:.6g} 1/s in the scheme and "
-            f"{self.decay_rod:.6g} 1/s in the rod"
-        )
+        zero = f"zero eigenvalue {self._zero}"
+        if not self.modes:
+            return f"{zero}; the rod has no wave modes, those of the scheme decay at {self.decay_scheme:.6g} 1/s"
+        slowest = f"in the scheme the slowest decays at {self.decay_scheme:.6g} 1/s"
+        if self.modes[0].number == 0:
+            slowest += f" and does not oscillate, the first that oscillates at {0.0 - self.elastic_scheme.real:.6g} 1/s"
+        return f"{zero}; every wave mode of the rod decays at {self.decay_rod:.6g} 1/s, {slowest}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON data; a complex eigenvalue is the pair of its parts [1/s]."""
@@ -78,8 +84,9 @@ class RodSpectrum(Record):
 
     def _page(self) -> Page:
         rows = [(m.number, f"{m.scheme:.6g}", f"{m.rod:.6g}", f"{100 * m.numerical_share:.3g} %") for m in self.modes]
-        zero = {1: "simple", 2: "double"}[self.zero_multiplicity]
-        note = f"The zero eigenvalue is {zero} in both (exact). A mode of the scheme is not one of the rod. {self}."
+        note = (
+            f"{self}. The zero eigenvalue is exact, and the same in both; a mode of the scheme is not one of the rod."
+        )
         head = ("mode", "scheme [1/s]", "rod [1/s]", "damping that the rod lacks")
         return Page("Spectrum of the rod's block, scheme against rod", rows, head=head, notes=[note])
 
@@ -131,8 +138,9 @@ def rod_spectrum(scheme: UpwindScheme) -> RodSpectrum:
     Examples
     --------
     >>> from lure.rod import builtin_system, upwind
-    >>> print(rod_spectrum(upwind(builtin_system("paper-rod").rod, 10)))
-    zero eigenvalue simple; slowest wave mode decays at 0.999992 1/s in the scheme and 1 1/s in the rod
+    >>> print(rod_spectrum(upwind(builtin_system("paper-rod").rod, 10)))  # doctest: +NORMALIZE_WHITESPACE
+    zero eigenvalue simple; every wave mode of the rod decays at 1 1/s, in the scheme the slowest decays at 0.999992
+    1/s and does not oscillate, the first that oscillates at 2937.56 1/s
     """
     rod, N = scheme.rod, scheme.cells
     double = rod.exact["damping"] == 0

@@ -81,6 +81,11 @@ def study_of(tables: Mapping[str, Any], *, folder: Path = Path()) -> Study:
     """
     unknown = [key for key in tables if key not in _KEYS]
     if unknown:
+        if {"plant", "rod", "contact"} & set(unknown):
+            raise InputError(
+                "this is the file of a system; a study is one more file, which names it, as in system = 'plant.toml', "
+                "with ask, and in [over] what is varied (lure sweep --help)"
+            )
         raise InputError(
             f"unknown key {shown(unknown[0])} of a study; {did_you_mean(unknown[0], _KEYS)}it has system, ask, chunk, "
             "refine, [over], [boxes] and [draw]"

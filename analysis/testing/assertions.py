@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from os import PathLike
 from pathlib import Path
+from typing import ParamSpec
 
 from lure.analysis.testing.decisions import Decision, decided, witness
 from lure.analysis.testing.result import HISTORY, Checked, NonlinearityViolation, Violation
@@ -37,6 +39,7 @@ _QUANTITIES = {
     "odd": "phi(sigma) + phi(-sigma)",
 }
 _FEWEST = 50
+P = ParamSpec("P")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -74,7 +77,6 @@ def run(phi: object, inquiry: Inquiry) -> Checked:
     InputError
         Something is not as described.
     """
-    __tracebackhide__ = True
     where, nonlinearity = domain(inquiry.search.on), subject(phi)
     try:
         known = decided(nonlinearity, inquiry.kind, inquiry.limits, where.given) if nonlinearity.known else Decision()
@@ -213,6 +215,21 @@ def _no_value(phi: Subject, inquiry: Inquiry, error: NotANumber) -> str:
     )
 
 
+def _told_where_called(assertion: Callable[P, Checked]) -> Callable[P, Checked]:
+    """An assertion of whose failures and refusals pytest shows the line of the test, and no frame of ours."""
+
+    @wraps(assertion)
+    def asserted(*args: P.args, **kwargs: P.kwargs) -> Checked:
+        __tracebackhide__ = True
+        try:
+            return assertion(*args, **kwargs)
+        except (InputError, NonlinearityViolation) as error:
+            raise error.with_traceback(None) from None
+
+    return asserted
+
+
+@_told_where_called
 def assert_in_sector(  # noqa: PLR0913  (the nonlinearity, the sector, and settings with defaults, all by name)
     phi: object,
     sector: Sector,
@@ -267,7 +284,6 @@ def assert_in_sector(  # noqa: PLR0913  (the nonlinearity, the sector, and setti
     >>> print(assert_in_sector(np.tanh, Sector(0, 1), on=(-20, 20)).evidence)
     observed
     """
-    __tracebackhide__ = True
     _demand(sector, Sector, "sector")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     words = (f"lies in the sector {sector}", f"leaves the sector {sector}")
@@ -275,6 +291,7 @@ def assert_in_sector(  # noqa: PLR0913  (the nonlinearity, the sector, and setti
     return run(phi, Inquiry(kind="sector", words=words, limits=limits, search=search))
 
 
+@_told_where_called
 def assert_slope_restricted(  # noqa: PLR0913  (as above)
     phi: object,
     slope: SlopeBounds,
@@ -326,7 +343,6 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     >>> print(assert_slope_restricted("tanh(sigma) + sigma/3", SlopeBounds(0, 2)).evidence)
     certified
     """
-    __tracebackhide__ = True
     _demand(slope, SlopeBounds, "slope")
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     words = (f"has its slopes in {slope}", f"leaves the slope bounds {slope}")
@@ -334,6 +350,7 @@ def assert_slope_restricted(  # noqa: PLR0913  (as above)
     return run(phi, Inquiry(kind="slope", words=words, limits=limits, search=search))
 
 
+@_told_where_called
 def assert_monotone(  # noqa: PLR0913  (as above)
     phi: object,
     *,
@@ -372,13 +389,13 @@ def assert_monotone(  # noqa: PLR0913  (as above)
     InputError
         An argument is not as described.
     """
-    __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=0, upper=math.inf, tolerance=_slack(tolerance))
     words = ("is nondecreasing", "is not nondecreasing")
     return run(phi, Inquiry(kind="slope", words=words, limits=limits, search=search))
 
 
+@_told_where_called
 def assert_odd(  # noqa: PLR0913  (as above)
     phi: object,
     *,
@@ -422,7 +439,6 @@ def assert_odd(  # noqa: PLR0913  (as above)
     >>> print(assert_odd("sigma**3").evidence)
     certified
     """
-    __tracebackhide__ = True
     search = Search(on=on, samples=samples, breakpoints=tuple(breakpoints), plot=plot)
     limits = Limits(lower=0, upper=0, tolerance=_slack(tolerance))
     return run(phi, Inquiry(kind="odd", words=("is odd", "is not odd"), limits=limits, search=search))

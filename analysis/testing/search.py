@@ -128,7 +128,6 @@ def subject(phi: object) -> Subject:
     InputError
         It is none of these, or does not give the same value twice.
     """
-    __tracebackhide__ = True
     if isinstance(phi, str):
         phi = _parsed(phi)
     if isinstance(phi, Expression):
@@ -152,7 +151,6 @@ def _value(expression: Expression, variable: str, sigma: ArrayLike) -> object:
 
 
 def _parsed(text: str) -> Expression:
-    __tracebackhide__ = True
     try:
         return Expression.parse(text, variables=("sigma",), field="phi")
     except InputError as error:

@@ -260,6 +260,10 @@ _HINTS = {
     "exp": "a dead time is written exp(-T*s), with a number for T",
     "q": "write z",
 }
+_NO_VARIABLE = (
+    "a transfer function is a formula in s, or in z for discrete time; of a parameter the file of a plant gives the "
+    "interval, in [plant.parameters]"
+)
 
 
 def parse_transfer(text: str, *, dt: object = None, field: str = "transfer") -> RationalPlant:
@@ -474,7 +478,7 @@ def _atom(reader: _Formula) -> Quotient:
         return Quotient(reader.ring.number(value), one)
     if token.kind == "name":
         if token.text not in reader.variables:
-            hint = _HINTS.get(token.text.lower(), "a transfer function is a formula in s, or in z for discrete time")
+            hint = _HINTS.get(token.text.lower(), _NO_VARIABLE)
             reader.refuse(f"unknown name {token} ({hint})")
         reader.position += 1
         return Quotient(reader.ring.variable(token.text), one)

@@ -419,6 +419,9 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     assert lure("init", "--loop", "--force")[0] == 0
     assert lure("init", "--loop", "other.toml")[0] == 0
     assert read_system(tmp_path / "other.toml").nonlinearity is not None
+    written = (tmp_path / "other.toml").read_text("utf-8")
+    assert "run:   lure analyse other.toml\n" in written
+    assert "plant.toml" not in written
     assert lure("init")[1].startswith("rod.toml is written")
     assert lure("init", "--kind", "memroy")[2] == (
         "lure: --kind is 'memroy'; did you mean 'memory'? give one of contact, delay, disturbance, memory, operator\n"

@@ -559,6 +559,7 @@ def test_the_command_writes_a_file_and_refuses_names_that_coqc_does_not_take(lur
         (("export", "--coq", "proof.json", "-o", "a-loop.v"), "coqc takes names"),
         (("export", "--coq", "proof.json", "-o", "loop.v"), "exists"),
         (("export", "--coq", "missing.json", "-o", "other.v"), "does not exist"),
+        (("export", "--coq", "loop.v", "-o", "loop.v"), "'loop.v' is no certificate"),  # before that it exists
     ):
         status, out, err = lure(*arguments)
         assert status == 2

@@ -151,7 +151,7 @@ def test_z_means_discrete_time_and_a_period_may_be_given():
         ("s+z", "both s and z"),
         ("1/(s+pi)", "pi is irrational"),
         ("1/(s+2j)", "coefficients are real"),
-        ("1/(x+1)", "unknown name 'x'"),
+        ("1/(x+1)", "unknown name 'x' \\(.* in s, .* parameter .* in \\[plant.parameters\\]"),
         ("1/(p+1)", "write s"),
         ("sin(s)", "unknown name 'sin'"),
         ("(s+1", "to close '\\(' of column 1"),

@@ -13,7 +13,7 @@ from lure.analysis.plots.loops import plot_largest
 from lure.analysis.report.diagram import block_diagram, class_graph, fits, nonlinearity_graph, raised
 from lure.analysis.report.loop import build_loop_report, write_loop_report
 from lure.analysis.report.loop.observed import _sentence
-from lure.analysis.report.loop.write import bar
+from lure.analysis.report.loop.write import bar, criteria
 from lure.classes import NonlinearityClass
 from lure.files import parse_system
 from lure.rod import NormalCompliance
@@ -78,6 +78,30 @@ def test_a_reason_is_said_once_and_first(page):
     assert seen.count("has multiplicity 2") == 1
     assert seen.index("has multiplicity 2") < seen.index("How far, for which classes")
     assert seen.count("nothing proved") == 1  # five criteria, one reason, one entry
+
+
+# a criterion that a closed gap makes needless in some classes, and that has its say in another, is listed once
+def test_a_criterion_that_some_classes_do_not_need_is_not_said_to_prove_nothing():
+    def said(criterion, theorem, high, reason=""):
+        proved = {"theorem": theorem} if high else {"theorem": theorem, "reason": reason}
+        verdict = "PROVED" if high else "INCONCLUSIVE"
+        return {
+            "reason": "",
+            "criterion": criterion,
+            "needs": [],
+            "verdict": verdict,
+            "largest": [high, high],
+            **proved,
+        }
+
+    first = [said("popov", "Popov", 5.0), *(said(name, "not needed", 0.0, "they meet") for name in ("circle", "park"))]
+    varying = [said("circle", "Sandberg", 4.0), said("park", "does not apply", 0.0, "phi depends on time")]
+    listed = criteria({"answers": [{"odd": False, "answers": answers} for answers in (first, varying, first)]})
+    assert [(one["names"], one["theorem"]) for one in listed] == [
+        (["popov"], "Popov"),
+        (["circle"], "Sandberg"),
+        (["park"], "does not apply"),
+    ]
 
 
 @pytest.mark.slow

@@ -169,10 +169,17 @@ def test_the_cost_does_not_grow_with_the_number_of_cells():
     assert found.elastic_scheme == pytest.approx(found.elastic_rod, rel=1e-5)
 
 
-def test_a_spectrum_prints_as_a_sentence():
+# for k < Z the slowest mode is no. 0, which does not oscillate, for k > Z the first that does: two decays that differ
+# by a factor 2938 are named as what they are, and one that is both is named once
+def test_a_spectrum_prints_as_a_sentence_that_tells_the_slowest_mode_from_the_first_that_oscillates():
     assert str(spectrum("2e-4", 10)) == (
-        "zero eigenvalue simple; slowest wave mode decays at 0.999992 1/s in the scheme and 1 1/s in the rod"
+        "zero eigenvalue simple; every wave mode of the rod decays at 1 1/s, in the scheme the slowest decays at "
+        "0.999992 1/s and does not oscillate, the first that oscillates at 2937.56 1/s"
     )
+    above, matched = spectrum("5", 10), spectrum("1.2", 10)
+    assert above.decay_scheme == -above.elastic_scheme.real
+    assert str(above).endswith(f"in the scheme the slowest decays at {above.decay_scheme:.6g} 1/s")
+    assert str(matched).endswith("; the rod has no wave modes, those of the scheme decay at 60000 1/s")
 
 
 @pytest.mark.parametrize(

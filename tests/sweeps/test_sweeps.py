@@ -346,6 +346,7 @@ def test_points_are_drawn_alike_for_one_seed(tmp_path):
             {"over": {"rod.damping": {"from": 1, "to": 1, "count": 3}}},
             "the count 3 from 1 to 1; give two ends that dif",
         ),
+        ({"plant": {"num": [1]}}, "this is the file of a system; a study is one more file, which names it"),
         ({"systm": 1}, "unknown key 'systm' of a study; did you mean 'system'? it has"),
         ({"chunk": -1}, "chunk is -1"),
         ({"system": 3}, "system is 3"),

@@ -35,6 +35,9 @@ GUARDS = """
 
     def test_misspelt():
         assert_in_sector("tanh(sigm)", Sector(0, 1))
+
+    def test_backwards():
+        assert_in_sector(np.tanh, Sector(0, 1), on=(1, -1))
 """
 
 
@@ -55,7 +58,7 @@ def run(here):
 def test_a_failure_ends_at_the_assertion_of_the_test_and_its_law_is_drawn(here, run):
     write("test_guards", GUARDS)
     result = run("--lure-plots", "plots/of nonlinearities")
-    result.assert_outcomes(passed=3, failed=3)
+    result.assert_outcomes(passed=3, failed=4)
     text = result.stdout.str()
     assert "rest on" not in text
     # the last frame is the user's: nothing of ours is shown but the message

@@ -132,7 +132,8 @@ def reason(data: Data) -> str:
 def criteria(data: Data) -> list[Data]:
     """Each criterion once for each kind of class it was asked about with different results, and its key.
 
-    Criteria that proved nothing for one and the same reason are one entry.
+    Criteria that proved nothing for one and the same reason are one entry.  One that only some classes do not need is
+    there with what it said of the others.
     """
     seen: dict[str, Data] = {}
     for i, row in enumerate(data["answers"]):
@@ -149,7 +150,12 @@ def criteria(data: Data) -> list[Data]:
             )
             entry = seen.setdefault(same, {"names": [], "key": f"answers.{i}.answers.{j}", **answer})
             entry["names"] += [] if name in entry["names"] else [name]
-    return sorted(seen.values(), key=lambda answer: (answer["verdict"] != "PROVED", -_size(answer["largest"][0])))
+    needless = [entry for entry in seen.values() if entry["theorem"] == NOT_NEEDED]
+    told = {name for entry in seen.values() if entry not in needless for name in entry["names"]}
+    for entry in needless:
+        entry["names"] = [name for name in entry["names"] if name not in told]
+    shown = [entry for entry in seen.values() if entry["names"]]
+    return sorted(shown, key=lambda answer: (answer["verdict"] != "PROVED", -_size(answer["largest"][0])))
 
 
 def counterexamples(data: Data) -> list[Data]:
