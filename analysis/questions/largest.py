@@ -280,7 +280,7 @@ class StabilityBound(Record):
             tail = f"; {self.trivial}; from k = {self.witness_text} on also {self.witness}"
         told = self.closed or self.witness is None or self.verdict is Verdict.REFUTED
         between = "" if told else "; in between nothing was shown"
-        cure = f" ({self.reason})" if self.verdict is Verdict.REFUTED and self.reason else ""
+        cure = f" ({self.reason})" if self.verdict is not Verdict.PROVED and self.reason else ""
         return " ".join(filter(None, (f"{head}{tail}{between}{cure}.", self.unfinished)))
 
     @property
@@ -354,7 +354,7 @@ class StabilityBound(Record):
             ("evidence", self.evidence),
             ("refuted from k =", self.refuted_text or "-"),
             ("refuted by", "; ".join(str(one) for one in (self.trivial, self.witness) if one is not None) or "-"),
-            ("linear gains", f"stable up to {bound_below(self.hurwitz.low)}"),
+            ("linear gains", f"stable up to {bound_below(low)}" if (low := self.hurwitz.low) > self.lower else "-"),
             ("in a sentence", str(self)),
         ]
         notes = [BEYOND]

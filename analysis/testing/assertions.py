@@ -183,13 +183,15 @@ def _violation(  # noqa: PLR0913  (what was found where, and what else is known)
 
 
 def _slope(phi: Subject, sigma: float) -> float:
-    """A central difference quotient, nan where there is none: at a jump it grows as the step shrinks."""
-    steps = [share * (abs(sigma) or 1e-3) for share in (1e-5, 1e-6)]
+    """A central difference quotient, nan where there is none: at a jump and at a corner the two sides differ."""
+    step = 1e-5 * (abs(sigma) or 1e-3)
     try:
-        wide, narrow = ((phi.at(sigma + step) - phi.at(sigma - step)) / (2 * step) for step in steps)
+        here = phi.at(sigma)
+        left, right = (here - phi.at(sigma - step)) / step, (phi.at(sigma + step) - here) / step
     except NotANumber:
         return float(np.nan)
-    return narrow if abs(narrow - wide) <= 0.5 * abs(wide) else float(np.nan)
+    curved = 0.1 * max(abs(left), abs(right)) + 1e-3 * abs(here / (sigma or 1.0))
+    return 0.5 * (left + right) if abs(right - left) <= curved else float(np.nan)
 
 
 def _no_value(phi: Subject, inquiry: Inquiry, error: NotANumber) -> str:

@@ -172,7 +172,8 @@ def _takes_arrays(found: Subject) -> bool:
         i = next(i for i, (a, b) in enumerate(zip(alone, again, strict=True)) if a != b)
         raise InputError(
             f"{found.name} gives {alone[i]:.6g} and then {again[i]:.6g} for the same sigma = {_PROBES[i]:g}; a sector "
-            "and a slope are those of a function of sigma alone, without memory or chance"
+            "and a slope are those of a function of sigma alone, without memory or chance (of play and friction with "
+            "memory see NonlinearityClass.hysteretic)"
         )
     together = found._array(probes)
     return together is not None and len(alone) == len(probes) and np.allclose(together, alone, rtol=1e-12, atol=0.0)
@@ -524,7 +525,7 @@ def _pairs(low: float, high: float, unit: float) -> Iterator[tuple[float, float]
     for plain in _plain(unit):
         for sign in (1.0, -1.0) if high > 0 else (-1.0, 1.0):
             for shares in ((0, 1), (1, 2), (_HALF, 1)):
-                first, second = sorted(sign * share * plain for share in shares)
+                first, second = sorted(sign * share * plain + 0.0 for share in shares)
                 yield first, second
     middle = 0.5 * low + 0.5 * high
     for digits in range(1, _DIGITS + 1):

@@ -259,8 +259,16 @@ def _source_of(text: str, *, name: str, source: str, folder: Path) -> SystemSour
     return SystemSource(kind=kind, tables=tables, name=called, title=title, source=label, folder=folder)
 
 
+_DATA = {
+    ".mat": "in Python as_plant takes what scipy.io.loadmat reads, as_plant((m['A'], m['B'], m['C'], m['D']))",
+    ".csv": "in Python FrequencyData(omega, response) is a measured H, and lure sector bounds a measured nonlinearity",
+}
+
+
 def _text(path: Path) -> str:
     label = shown_path(str(path))
+    if (hint := _DATA.get(path.suffix.lower())) and path.is_file():
+        raise InputError(f"{label} is data, and a system is a TOML file (lure init --loop writes one); {hint}")
     try:
         kind = path.stat().st_mode
         content = b""

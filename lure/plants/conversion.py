@@ -114,7 +114,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
     source : object
         - a ``RationalPlant``, ``StateSpace``, ``FrequencyData``, ``DelayPlant``, ``PlantFamily`` or ``ChannelFamily``:
           returned as it is;
-        - ``(num, den)``: lists or texts of coefficients, highest power first;
+        - ``(num, den)``: lists or texts of coefficients, highest power first, or arrays, of one row too;
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
         - what ``scipy.signal.cont2discrete`` returns, ``(num, den, dt)`` with a row ``num``, or ``(A, B, C, D, dt)``;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
@@ -244,9 +244,9 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     shape: tuple[int, ...] = getattr(parts[0], "shape", ())
     if len(parts) == 3 and isinstance(parts[2], int | float) and len(shape) == 2 and shape[0] == 1 < shape[1]:
         # a numerator as scipy writes it: it is no A, which is square
-        return _ratio(cast("Sequence[object]", parts[0])[0], parts[1], sampling_time(dt, parts[2], name="the system"))
+        return _ratio(_row(parts[0]), parts[1], sampling_time(dt, parts[2], name="the system"))
     if len(parts) == 2:
-        return _ratio(parts[0], parts[1], sampling_time(dt))
+        return _ratio(_row(parts[0]), _row(parts[1]), sampling_time(dt))
     flat = len(parts) == 4 and len(shape) == 1 == getattr(parts[1], "ndim", 0)
     if flat and all(isinstance(one, int | float) for one in parts[2:]) and cast("float", parts[3]) > 0:
         raise InputError(
@@ -258,6 +258,12 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     if isinstance(parts[0], str):
         raise InputError("three or four parts are the matrices (A, B, C) or (A, B, C, D); give A as a list of rows")
     return _from_matrices(parts, sampling_time(dt))
+
+
+def _row(part: object) -> object:
+    """The entries of an array of one row, as scipy and MATLAB write coefficients."""
+    shape: tuple[int, ...] = getattr(part, "shape", ())
+    return cast("Sequence[object]", part)[0] if len(shape) == 2 and shape[0] == 1 else part
 
 
 def _from_matrices(

@@ -218,6 +218,13 @@ def test_a_file_that_is_no_text_is_refused(tmp_path, content, sentence):
         read_system(path)
 
 
+@pytest.mark.parametrize(("name", "said"), [("H.mat", "what scipy.io.loadmat reads"), ("bode.CSV", "a measured H")])
+def test_a_file_of_data_is_refused_with_the_way_to_read_it(tmp_path, name, said):
+    (tmp_path / name).write_bytes(b"1,2,3\n")
+    with pytest.raises(InputError, match=f"is data, and a system is a TOML file .*{said}"):
+        read_system(tmp_path / name)
+
+
 def test_directories_pipes_and_devices_are_refused_unread(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "dir.toml").mkdir()

@@ -1,11 +1,13 @@
 """Objects of python-control and scipy, and sampling times, become a block exactly or are refused in one sentence."""
 
+import io
 import math
 from fractions import Fraction as F
 
 import control
 import numpy as np
 import pytest
+import scipy.io
 import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
@@ -172,6 +174,15 @@ def test_what_scipy_makes_of_a_plant_in_continuous_time_is_that_plant_in_discret
         assert [*map(float, found.numerator)] == pytest.approx([1 - math.exp(-0.5)])
         assert [*map(float, found.denominator)] == pytest.approx([1, -math.exp(-0.5)])
     assert "leave dt out" in refusal(as_plant, sampled[0], dt=1)
+
+
+def test_coefficients_that_matlab_saved_are_arrays_of_one_row():
+    kept = io.BytesIO()
+    scipy.io.savemat(kept, {"num": [1, 2], "den": [1, 3, 2, 0]})
+    read = scipy.io.loadmat(kept)
+    assert read["den"].shape == (1, 4)
+    assert as_plant((read["num"], read["den"])) == as_plant(([1, 2], [1, 3, 2, 0]))
+    assert "a block has one input and one output" in refusal(as_plant, (np.ones((2, 2)), [1, 1]))
 
 
 def test_zeros_poles_and_gain_of_scipy_are_not_taken_for_matrices():

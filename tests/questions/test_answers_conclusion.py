@@ -511,6 +511,8 @@ def test_measured_data_certify_nothing_not_even_that_nothing_is_known():
     data = FrequencyData([0.1, 1.0, 2.0], [1.0, 0.5, 0.1 - 0.2j], 1.0)
     for found in (max_sector(data), max_slope(data)):
         assert found.verdict is Verdict.INCONCLUSIVE
+        assert f"[0, k] ({found.reason})." in str(found)
+        assert "stable up to" not in found._repr_html_()  # nothing is known of linear gains
         assert {found.evidence, found.conclusion.evidence, *(each.evidence for each in found.answers)} == {
             Evidence.OBSERVED
         }

@@ -384,6 +384,15 @@ def test_the_message_holds_the_numbers():
     assert rows["slope there"] == "27"
 
 
+# min(sigma, 1) has the slopes 1 and 0 beside its corner at 1, whose mean is the slope of nothing; sin at its maximum,
+# 0.636 of sigma there, has one, 0; and 0 is written without a sign
+def test_no_slope_is_told_where_there_is_none():
+    assert math.isnan(violation_of(assert_in_sector, lambda s: min(s, 1.0), Sector(0, 0.9), on=(0.5, 1.5)).slope)
+    top = violation_of(assert_in_sector, np.sin, Sector(0, 0.5), on=(np.pi / 2, np.pi / 2 + 1))
+    assert top.slope == pytest.approx(np.cos(top.sigma[0]), abs=1e-4)
+    assert "from sigma = -0.001 to 0\n" in violation_of(assert_slope_restricted, np.sign, SlopeBounds(0, 100)).message()
+
+
 def test_the_x_stands_where_the_point_is():
     # window [-4.5, 4.5] cut to [-3, 3]: sigma = 3 is the last column, phi = 27 near the top, above every other value
     with pytest.raises(NonlinearityViolation) as caught:
