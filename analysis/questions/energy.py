@@ -36,6 +36,7 @@ from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
+from lure.plants import as_plant
 from lure.plants.delay_matrix import DelayMatrix
 from lure.plants.multivariable import MultivariablePlant
 from lure.plants.rational import RationalPlant
@@ -356,7 +357,7 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
     AssumptionError
         No quadratic function was found that shows this rate.
     """
-    block: object = loop.block if isinstance(loop, LoopSystem) else loop
+    block = loop.block if isinstance(loop, LoopSystem) else as_plant(loop)
     if isinstance(block, RationalPlant) and block.matrices is None:
         raise InputError("the number c is about states, and the plant is given without; give A, B, C and D")
     source, own = loop, loop.nonlinearity_class if isinstance(loop, LoopSystem) and classes is None else None
