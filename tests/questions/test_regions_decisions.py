@@ -1,0 +1,276 @@
+"""What is said of sets that 0 attracts, and how they are chosen, one decision at a time."""
+
+from fractions import Fraction as F
+from math import inf
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from lure import InputError, Saturation
+from lure.analysis.certificates.checker import CONVERGES
+from lure.analysis.questions import regions
+from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction, region
+from lure.analysis.verdict import Verdict
+
+PROVED, OPEN = Verdict.PROVED, Verdict.INCONCLUSIVE
+POINTS = ((F(0), F(0)), (F(2), F(0)), (F(0), F(2)))
+
+
+def proof(conclusion="every motion from it tends to 0", **inner):
+    certificate = {"conclusion": conclusion, "proof": {"method": "ellipsoid"} | inner, "system": {"C": [["1", "0"]]}}
+    return SimpleNamespace(certificate=certificate, theorem="region")
+
+
+def inside(kind="ellipsoid", volume=1 / 3, **more):
+    given = {"P": ((F(1, 3),),)} if kind in ("ellipsoid", "level set") else {}
+    return AttractedSet(**{"kind": kind, "volume": volume, "proof": proof()} | given | more)
+
+
+def outside(kind="curve", **more):
+    return OutsideSet(**{"kind": kind, "proof": proof()} | more)
+
+
+def found(sets=(), beyond=(), area=(0.0, None), **more):
+    given = {"verdict": PROVED if sets else OPEN, "states": 2, "sets": tuple(sets), "outside": tuple(beyond)}
+    return RegionOfAttraction(**given | {"area": area} | more)
+
+
+WHOLE = "PROVED: every solution tends to 0, wherever it starts"
+ROUNDED = "rounded; the certificate has it exactly."
+CURVE = {"kind": "curve", "points": POINTS}
+
+
+@pytest.mark.parametrize(
+    ("one", "said"),
+    [
+        (found(reason="why"), ["INCONCLUSIVE: no set of starts is proved to be attracted by 0: why."]),
+        (
+            found([inside("everything", inf, proof=proof(CONVERGES))], area=(inf, inf)),
+            [f"{WHOLE}: it converges to the set of equilibria, and 0 is the only one."],
+        ),
+        (found([inside("everything", inf)], area=(inf, inf)), [f"{WHOLE}."]),
+        (found([inside("interval", inf, interval=(-inf, inf))], area=(inf, inf)), [f"{WHOLE}."]),
+        (
+            found([inside("interval", interval=(F(-1, 3), F(2, 3)))], area=(1 / 3, 1 / 3), states=1),
+            [
+                "PROVED: every solution that starts between -0.3333333333 and 0.6666666666 tends to 0.",
+                "The length of the region is at most 0.3333334.",
+            ],
+        ),
+        (
+            found([inside(**CURVE)], area=(0.5, None)),
+            [
+                "PROVED: every solution that starts within a closed curve of 3 points tends to 0; its area is at least "
+                "0.3333333.",
+                "Together with 0 more the area is at least 0.5.",
+            ],
+        ),
+        (
+            found([inside(), inside()], area=(1 / 3, inf), reach=2 / 3, states=3),
+            [
+                "PROVED: every solution that starts in the ellipsoid x^T P x <= 1 tends to 0; its volume is at least "
+                "0.3333333.",
+                f"P = [[0.3333333]], {ROUNDED}",
+                "It holds the points asked about times 0.6666666.",
+            ],
+        ),
+        (
+            found([inside("level set", integrals=({"theta": "1/3", "channel": 2},))], area=(1 / 3, 2.0)),
+            [
+                "PROVED: every solution that starts in the level set x^T P x + 2 sum theta_i int phi_i <= 1 tends to "
+                "0; its area is at least 0.3333333.",
+                f"P = [[0.3333333]], theta_2 = 0.3333333, {ROUNDED}",
+                "The area of the region is at most 2.",
+            ],
+        ),
+        (
+            found([inside(**CURVE)], [outside(points=POINTS, proof=proof(orbit=1))], area=(1 / 3, None)),
+            [
+                "PROVED: every solution that starts within a closed curve of 3 points tends to 0; its area is at least "
+                "0.3333333.",
+                "No solution that starts on or outside another one, of 3 points, does. A periodic solution runs "
+                "between them.",
+            ],
+        ),
+        (
+            found((), [outside(points=POINTS, proof=proof(orbit=1))], reason="why"),
+            [
+                "INCONCLUSIVE: no set of starts is proved to be attracted by 0: why.",
+                "No solution that starts on or outside a closed curve, of 3 points, tends to 0. A periodic solution "
+                "lies within.",
+            ],
+        ),
+        (
+            found((), [outside(points=POINTS)], reason="why"),
+            [
+                "INCONCLUSIVE: no set of starts is proved to be attracted by 0: why.",
+                "No solution that starts on or outside a closed curve, of 3 points, tends to 0.",
+            ],
+        ),
+        (
+            found((), [outside("ellipsoid", Q=((F(1),),))], reason="why"),
+            [
+                "INCONCLUSIVE: no set of starts is proved to be attracted by 0: why.",
+                "No solution that starts where x^T Q x > 1 tends to 0, Q as in the certificate.",
+            ],
+        ),
+        (
+            found([inside("everything", inf)], area=(inf, inf), reason="what is survived is not known"),
+            [f"{WHOLE}.", "What is survived is not known."],
+        ),
+        (
+            found([inside("everything", inf)], area=(inf, inf), reason="x", reachable="So far."),
+            [f"{WHOLE}.", "So far."],
+        ),
+    ],
+)
+def test_a_region_is_told(one, said):
+    assert one.lines() == said
+    assert one.criterion == ("region" if one.sets else "")
+    assert one._sides == (one.sets[0].proof if one.sets else None, one.outside[0].proof if one.outside else None)
+
+
+# the ends of an interval are rounded into what is said: inwards of what is attracted, outwards of what is not
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ((F(-1, 3), F(2, 3)), "from 0.6666666667 on or up to -0.3333333334"),
+        ((F(-1, 3), inf), "up to -0.3333333334"),
+        ((-inf, F(2, 3)), "from 0.6666666667 on"),
+    ],
+)
+def test_starts_beyond_an_interval_are_told(ends, said):
+    one = found((), [outside("interval", interval=ends)], reason="why", states=1)
+    assert one.lines()[1:] == [f"No solution that starts {said} tends to 0."]
+
+
+def test_a_large_matrix_is_not_written_out():
+    for n, count in ((6, 1), (7, 0)):
+        P = tuple(tuple(F(i == j) for j in range(n)) for i in range(n))
+        assert len(regions._matrix_said(inside(P=P))) == count
+    assert regions._matrix_said(inside(**CURVE)) == []
+
+
+# V = x^2 on a line, an ellipsoid in the plane; a closed curve; an open interval
+@pytest.mark.parametrize(
+    ("one", "held", "not_held"),
+    [
+        (inside(P=((F(1), F(0)), (F(0), F(4)))), [(1, 0), (0, F(1, 2))], [(1, F(1, 100)), (0, F(51, 100))]),
+        (inside("interval", interval=(F(-1), F(2))), [(0,), (F(199, 100),)], [(-1,), (2,), (3,)]),
+        (inside("interval", interval=(-inf, inf)), [(10**9,)], []),
+        (inside("everything"), [(1, 2, 3), (5,)], []),
+    ],
+)
+def test_which_states_a_set_holds(one, held, not_held):
+    assert [one.contains(state) for state in held] == [True] * len(held)
+    assert [one.contains(state) for state in not_held] == [False] * len(not_held)
+    assert one.bounded is (one.P is not None)
+    for size in (0, 4):
+        if one.kind != "everything":
+            with pytest.raises(InputError, match=f"state has {size} entries"):
+                one.contains([1] * size)
+
+
+# V = x'P x + 2 theta int_0^x1 sat, with sat(s) = s up to 1: x1^2/2 up to 1, then |x1| - 1/2; up to |x1| = 2
+def test_integrals_are_part_of_a_set():
+    laws = {"graphs": [{"cuts": ["-1", "1"], "pieces": [["-1"], ["0", "1"], ["1"]]}]}
+    shown = proof()
+    shown.certificate["laws"] = laws
+    given = {"channel": 1, "theta": "1/8", "reach": "2", "least": "1/2"}
+    one = inside("level set", P=((F(1, 8), F(0)), (F(0), F(1))), integrals=(given,), proof=shown)
+    exact = {(1, 0): F(1, 4), (2, 0): F(1, 2) + F(3, 8), (-2, 0): F(7, 8), (F(201, 100), 0): 2, (1, 1): F(5, 4)}
+    assert {point: one.exactly([F(v) for v in point]) for point in exact} == exact
+    points = np.array([[1.0, 0.0], [2.0, 0.0], [2.01, 0.0], [1.0, 1.0]])
+    assert one.values(points).tolist() == pytest.approx([0.25, 0.875, inf, 1.25])
+    assert one.least().tolist() == [[0.125 + 1 / 16, 0], [0, 1]]
+    assert (one.contains((2, 0)), one.contains((2, 1))) == (True, False)
+
+
+def test_the_largest_multiple_of_points_that_a_set_holds():
+    disc = inside(P=((F(1), F(0)), (F(0), F(1))))
+    reach = regions._reach(disc, np.array([[3.0, 4.0], [0.0, 1.0]]))
+    assert 0.2 * (1 - 1e-14) < reach <= 0.2
+    assert 5 * (1 - 1e-14) < regions._reach(disc, np.array([[0.2, 0.0]])) <= 5
+    assert regions._plus([[F(1), F(2)], [F(2), F(5)]], F(3), [F(1), F(-1)]) == ((4, -1), (-1, 8))
+
+
+# what the signs of x' show of one state
+@pytest.mark.parametrize(
+    ("first", "second", "area", "verdict"),
+    [
+        (["-1", "2"], ["-1", "2"], (3, 3), PROVED),
+        (["-1", "2"], ["-inf", "2"], (3, inf), PROVED),
+        (["-1", "2"], None, (3, None), PROVED),
+        (["-inf", "2"], ["-1", "2"], (inf, inf), PROVED),
+        (["-inf", "inf"], None, (inf, inf), PROVED),
+        (None, ["-1", "2"], (0, 3), OPEN),
+        (None, None, (0, None), OPEN),
+    ],
+)
+def test_the_region_of_one_state(first, second, area, verdict):
+    ends = [None if one is None else proof(interval=one) for one in (first, second)]
+    one = regions._of_signs(*ends)
+    assert (one.area, one.verdict, len(one.sets), len(one.outside)) == (
+        area,
+        verdict,
+        first is not None,
+        second is not None,
+    )
+    assert (one.reason == "no interval around 0 was found on which |x| falls") is (first is None)
+    if first == ["-1", "2"]:
+        assert (one.sets[0].interval, one.sets[0].volume) == ((-1, 2), 3)
+    if first == ["-inf", "2"]:
+        assert one.sets[0].interval == (-inf, 2)
+
+
+# a closed curve that adds less than a hundred thousandth to the others is left out, the first set never
+def test_sets_that_add_nothing_are_left_out():
+    square = ((F(-1), F(-1)), (F(1), F(-1)), (F(1), F(1)), (F(-1), F(1)))
+    small, large = (inside("level set", corners=tuple((s * x, s * y) for x, y in square)) for s in (F(1), F(2)))
+    blank = inside("level set")
+    sets, area = regions._needed([large, small, blank])
+    assert (sets, area) == ([large, small, blank], pytest.approx(16, rel=1e-8))
+    assert area <= 16
+
+
+# steps of the search and what ends it
+@pytest.mark.parametrize(
+    ("ellipsoid", "grown", "everywhere", "said"),
+    [
+        (None, None, None, "no invariant ellipsoid was found"),
+        (TimeoutError, None, None, "the time allowed is over"),
+        (None, None, "whole", "everything"),
+        (None, "beyond", "whole", "no invariant ellipsoid was found"),
+    ],
+)
+def test_what_a_region_is_where_no_ellipsoid_is_found(ellipsoid, grown, everywhere, said, monkeypatch):
+    def search(*_given):
+        if ellipsoid is not None:
+            raise ellipsoid
+
+    monkeypatch.setattr(regions, "sign_interval", lambda *_: None)
+    monkeypatch.setattr(regions, "proved_ellipsoid", search)
+    beyond = None if grown is None else proof()
+    if beyond is not None:
+        beyond.certificate["proof"] |= {"Q": [["1"], ["0", "1"]], "exponent": 0}
+    monkeypatch.setattr(regions, "proved_growth", lambda *_: beyond)
+    monkeypatch.setattr(regions, "proved_everywhere", lambda *_: None if everywhere is None else proof())
+    monkeypatch.setattr(regions, "matrix_of", lambda *_: ((F(1), F(0)), (F(0), F(1))))
+    found, shape = SimpleNamespace(order=2), SimpleNamespace(reach=None)
+    one = regions._answered((found, [shape]), (found, [shape]), None, None)
+    if said == "everything":
+        assert (one.verdict, one.sets[0].kind, one.area) == (PROVED, "everything", (inf, inf))
+        local = regions._answered((found, [SimpleNamespace(reach=F(1))]), (found, [shape]), None, None)
+        assert local.verdict is OPEN  # a class known on an interval only
+        return
+    assert (one.verdict, one.reason, one.sets) == (OPEN, said, ())
+    assert one.stopped == ("time" if ellipsoid else None)
+    assert len(one.outside) == (grown is not None)
+    assert one.area[0] == 0
+    assert one.area[1] is None if grown is None else 3.14159 < one.area[1] < 3.1416
+
+
+def test_a_plant_without_states_has_no_region():
+    with pytest.raises(InputError, match="the plant has no states"):
+        region("2", Saturation(gain=F(1, 4), limit=1))
