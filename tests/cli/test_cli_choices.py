@@ -1,5 +1,6 @@
 """What the commands pass on, say and refuse, one decision at a time, of answers that are made up."""
 
+import json
 from fractions import Fraction as F
 from math import inf
 from types import SimpleNamespace
@@ -313,6 +314,29 @@ def test_where_a_limit_of_multipliers_is_looked_for(more, above, below, monkeypa
         assert found is None
     else:
         assert (found["above"], found["below"], found["odd"], found["lower"]) == (above, below, False, 0)
+
+
+@pytest.mark.parametrize(("limit", "said"), [(None, "No slope was found from which on"), ("From 9 on.", "From 9 on.")])
+def test_a_limit_of_multipliers_is_said_after_the_answer(lure, monkeypatch, limit, said):
+    monkeypatch.setattr(questions, "max_slope", lambda _block, **_given: bound(to_dict=lambda: {"verdict": "PROVED"}))
+    monkeypatch.setattr(loops, "_limit", lambda *_given: limit if limit is None else Limit())
+    status, out, _ = lure("max-slope", "--transfer", "1/(s+1)", "--limits")
+    assert status == 0
+    assert out.startswith(FIRST)
+    assert f"\n{said}" in out
+    _, out, _ = lure("max-slope", "--transfer", "1/(s+1)", "--limits", "--json")
+    assert json.loads(out) == {"verdict": "PROVED", "multiplier_limit": None if limit is None else {"from": 9}}
+
+
+class Limit:
+    """A limit of multipliers."""
+
+    def to_dict(self):
+        """As data."""
+        return {"from": 9}
+
+    def __str__(self):
+        return "From 9 on."
 
 
 def test_limits_are_of_rational_blocks_in_continuous_time():

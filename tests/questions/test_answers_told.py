@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from worded import shown
 
-from lure import NonlinearityClass, RationalPlant, Saturation, Sector, SlopeBounds, StateSpace, as_plant
+from lure import NonlinearityClass, RationalPlant, Saturation, Sector, SlopeBounds, StateSpace, as_plant, nonlinearities
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure
 from lure.analysis.inequality.gains import gain_intervals
@@ -141,6 +141,27 @@ def test_a_local_question_is_advised_where_small_signals_are_stable(nonlinearity
     assert len(said) == 1 + local
 
 
+# of what is not known anything is possible; of what is shown to be otherwise nothing
+@pytest.mark.parametrize(
+    ("provenance", "slopes", "odd", "found"),
+    [
+        ("CHECKED", None, False, [True, False, False]),
+        ("CHECKED", SlopeBounds(0, 1), True, [True, True, True]),
+        ("CHECKED", SlopeBounds(0, 1), False, [True, True, False]),
+        ("DECLARED", None, False, [True, True, True]),
+    ],
+)
+def test_a_property_is_possible_until_it_is_shown_not_to_be(provenance, slopes, odd, found, monkeypatch):
+    from_where = getattr(nonlinearities.Provenance, provenance)
+    known = SimpleNamespace(
+        slope_bounds=SimpleNamespace(provenance=from_where, value=slopes),
+        odd=SimpleNamespace(provenance=from_where, value=odd),
+    )
+    monkeypatch.setattr(nonlinearities, "properties", lambda _one: known)
+    names = ("time-invariance", "slope bounds", "slope bounds and oddness")
+    assert [advice._possible(name, "a phi") for name in names] == found
+
+
 # answers --------------------------------------------------------------------------------------------------------------
 
 
@@ -208,6 +229,36 @@ def test_both_ends_of_a_largest_class(criterion, witnesses, limit, largest_, ref
     assert found.proviso == ""
 
 
+# phi = lower sigma refutes every class, where it is unstable; a nonlinear member beside it is the witness
+@pytest.mark.parametrize(
+    ("shown_", "limit", "lower", "witness", "trivial", "evidence"),
+    [
+        ((None, None), Bracket(0, 0), False, 0, None, Evidence.COMPUTED),
+        (("first", None), Bracket(0, 0), False, 0, None, Evidence.OBSERVED),
+        (("first", "second"), Bracket(0, 0), False, 1, 0, Evidence.OBSERVED),
+        ((None, "second"), Bracket(0, 0), False, 0, None, Evidence.COMPUTED),
+        (("first", "second"), Bracket(0, 8), True, 1, 0, Evidence.OBSERVED),
+        (("first", "second"), Bracket(0, 8), False, 0, None, Evidence.COMPUTED),
+    ],
+)
+def test_what_refutes_every_class_stands_beside_what_refutes_larger_ones(
+    shown_, limit, lower, witness, trivial, evidence, monkeypatch
+):
+    heard, made = [], {}
+    both = [member(5.0, shown_[1]), member(3.0, shown_[0])]
+    monkeypatch.setattr(answers, "refutes_lower", lambda _one: lower)
+    monkeypatch.setattr(answers, "_concluded", lambda *given: heard.append(given) or SimpleNamespace(verdict=OPEN))
+    monkeypatch.setattr(answers, "StabilityBound", lambda **given: made.update(given))
+    asked = Problem.largest(LAG, "sector", lower=F(0))
+    answers.largest_of(Findings(asked, [result()], hurwitz=limit, witnesses=both))
+    ordered = both[::-1]
+    assert made["witness"] is ordered[witness]
+    assert made["trivial"] is (None if trivial is None else ordered[trivial])
+    assert (made["refuted_at"], made["evidence"]) == (3.0, evidence)
+    against = shown_[witness] if evidence is Evidence.OBSERVED else None
+    assert heard[0][2:] == (against, made["trivial"])
+
+
 def test_a_proof_beyond_a_counterexample_is_a_contradiction():
     asked = Problem.largest(LAG, "sector", lower=F(0))
     for k in (2.0, 1.5):
@@ -243,6 +294,29 @@ def test_the_class_that_is_concluded_about():
         assert (told.verdict, end in told.headline or "inf" in told.headline) == (PROVED, True)
     with pytest.raises(MismatchError, match="Please report the block"):
         answers._concluded(Problem.largest(LAG, "sector", lower=F(-1)), result(PROVED, 3.0, inf), proof)
+
+
+# a counterexample at the same k, which refutes all of the smaller class, refutes all of the larger one too
+@pytest.mark.parametrize(
+    ("trivial", "own", "at", "found"),
+    [
+        ("phi = 0", None, 2.0, ("phi = 0", "smaller", 2.0)),
+        ("phi = 0", None, 1.0, (None, "larger", 1.0)),
+        ("phi = 0", "own", 2.0, ("own", "larger", 2.0)),
+        (None, None, 2.0, (None, "larger", 2.0)),
+        (None, None, 3.0, (None, "smaller", 2.0)),
+        ("phi = 0", None, None, ("phi = 0", "smaller", 2.0)),
+    ],
+)
+def test_a_counterexample_to_every_class_is_one_to_the_larger_ones(trivial, own, at, found, monkeypatch):
+    monkeypatch.setattr(answers, "replace", lambda one, **more: SimpleNamespace(**vars(one) | more))
+    larger, smaller = row(1, verdict=OPEN, refuted_at=at), row(1, verdict=OPEN, refuted_at=2.0)
+    larger.witness, larger.trivial = "larger", own
+    smaller.witness, smaller.trivial = "smaller", trivial
+    one = answers._spread([larger, smaller])[0]
+    assert (one.trivial, one.witness, one.refuted_at) == found
+    with pytest.raises(ContradictionError, match="popov proves up to 2, and smaller at 2"):
+        answers._spread([row(2, witness="x", trivial=None), smaller])
 
 
 # the largest class ---------------------------------------------------------------------------------------------------
