@@ -63,7 +63,7 @@ ROOMS = (
 _WORDS = """
 answers answers_choices answers_decisions answers_told answers_equilibria answers_capped answers_conclusion
 answers_wording numbers_wording findings gain_decisions rates_decisions steady_decisions regions_decisions
-wording_decisions channels_decisions
+wording_decisions channels_decisions rows_decisions
 certify certify_faults channels channel_analysis channel_parts channel_rates channel_operators channel_tolerances decay
 rates_of_boxes regions region_disturbances regions_everywhere l2_gain gain_energy gain_signals overshoot steady
 steady_samples tolerances two_sided problem cli_channels cli_choices cli_loops loop_report one_answer"""
