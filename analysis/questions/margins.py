@@ -357,7 +357,7 @@ class _Growth:
 
     def _proved(self, own: Sequence[int], end: Fraction) -> tuple[Fraction, Proved] | None:
         """The largest width at which the class is proved, up to a share, and the proof."""
-        low, high, sure = Fraction(0), end, end * (1 - CLOSE / 2)
+        high, sure = end, end * (1 - CLOSE / 2)
         if self.likely(self.box(own, sure)):
             low = sure
         elif not self.likely(self.box(own, Fraction(1, 64))):

@@ -11,7 +11,7 @@ from lure import InputError, NonlinearityClass, RationalPlant, Sector, StateSpac
 from lure.analysis import questions
 from lure.analysis.cli import loops, performance
 from lure.analysis.cli.loops import block_of, linear, lines, refutation
-from lure.analysis.questions import energy
+from lure.analysis.questions import decay, energy, gain, regions, steady
 from lure.analysis.theorems import kernel_limit
 from lure.analysis.verdict import Bracket, Evidence, Verdict, Witness
 from lure.classes import Diagonal
@@ -444,3 +444,110 @@ def test_numbers_and_points_are_read():
             performance._points(text)
     with pytest.raises(InputError, match="--amplitude is 'x'"):
         performance._numbers("x", "--amplitude")
+
+
+# the commands --------------------------------------------------------------------------------------------------------
+
+
+class Answer(SimpleNamespace):
+    """An answer that says one sentence."""
+
+    def __str__(self):
+        return self.said
+
+    def to_dict(self):
+        """As data."""
+        return {"said": self.said}
+
+    def lines(self):
+        """As lines."""
+        return [self.said]
+
+
+OWN = LAG + "[class]\nslope = [0, 1]\n"
+
+
+@pytest.fixture
+def loop_file(tmp_path):
+    """A file of a lag with slopes."""
+    path = tmp_path / "loop.toml"
+    path.write_text(OWN)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("proof", "against", "said"),
+    [
+        (SHOWN, None, "The certificate that the gain is at most 2 is"),
+        (None, OTHER, "No bound is proved; the certificate that a member has a gain above 1 is"),
+        (None, None, "There is no certificate of this side of the gain; "),
+    ],
+)
+def test_the_certificates_of_a_gain(lure, loop_file, tmp_path, monkeypatch, proof, against, said):
+    heard = {}
+    found = Answer(said="a gain", proof=proof, refutation=against, verdict=PROVED, gain=Bracket(1, 2))
+    found.factors = SimpleNamespace(verdict=PROVED)
+    monkeypatch.setattr(gain, "l2_gain", lambda _loop, **ways: heard.update(ways) or found)
+    monkeypatch.setattr(energy, "energy_bounds", lambda _loop: Answer(said="an energy"))
+    out = lure("gain", loop_file, "-o", str(tmp_path / "a.json"), "--witness", str(tmp_path / "b.json"))[1]
+    assert out.startswith("a gain\n")
+    assert " ".join(out.split()).find(said) > 0
+    assert ("an energy" in out, heard["incremental"], heard["worst"]) == (False, False, False)
+    written = [(tmp_path / name).exists() for name in ("a.json", "b.json")]
+    assert written == [proof is not None or against is not None, against is not None]
+    assert lure("gain", loop_file, "--energy", "--worst", "--incremental")[1] == "a gain\nan energy\n"
+    assert (heard["incremental"], heard["worst"]) == (True, True)
+    assert json.loads(lure("gain", loop_file, "--energy", "--json")[1]) == {
+        "said": "a gain",
+        "energy": {"said": "an energy"},
+    }
+    assert json.loads(lure("gain", loop_file, "--json")[1]) == {"said": "a gain"}
+
+
+def test_the_number_c_is_said_where_it_is_asked_for(lure, loop_file, monkeypatch):
+    found = Answer(said="a rate", proof=None, refutation=None, verdict=OPEN)
+    monkeypatch.setattr(decay, "decay_rate", lambda _loop, **_ways: found)
+    assert lure("rate", loop_file)[1] == "a rate\n"
+    none = "No number c is given, since no decay is proved."
+    assert lure("rate", loop_file, "--constant")[1] == f"a rate\n{none}\n"
+    assert json.loads(lure("rate", loop_file, "--constant", "--json")[1]) == {"said": "a rate", "constant": None}
+    assert json.loads(lure("rate", loop_file, "--json")[1]) == {"said": "a rate"}
+
+
+@pytest.mark.parametrize("command", ["rate", "steady"])
+def test_what_closes_the_loop_is_asked_for(lure, tmp_path, command):
+    (tmp_path / "open.toml").write_text(LAG)
+    status, _, err = lure(command, str(tmp_path / "open.toml"))
+    assert (status, "class of " in err, "give one, such as [class] with" in err) == (2, True, True)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        (PROVED, "The certificate of the rate of attraction is"),
+        (REFUTED, "The certificate of the member whose differences do not decay is"),
+        (OPEN, "There is no certificate of the answer; "),
+    ],
+)
+def test_the_certificate_of_a_steady_response(lure, loop_file, tmp_path, monkeypatch, verdict, said):
+    heard = {}
+    found = Answer(said="a response", proof=SHOWN, refutation=OTHER, verdict=verdict, response=[])
+    monkeypatch.setattr(steady, "steady_response", lambda _loop, **ways: heard.update(ways) or found)
+    out = lure("steady", loop_file, "-o", str(tmp_path / "a.json"))[1]
+    assert (said in " ".join(out.split()), heard["forcing"]) == (True, None)
+    csv = tmp_path / "a.csv"
+    assert lure("steady", loop_file, "--csv", str(csv), "--amplitude", "1", "--omega", "1:2:3")[0] != 2
+    assert (heard["forcing"]["amplitude"], len(heard["forcing"]["omega"])) == ([1], 3)
+    assert csv.read_text().startswith("omega [rad/s]")
+    assert "--csv needs an input" in lure("steady", loop_file, "--csv", str(tmp_path / "b.csv"))[2]
+
+
+def test_a_region_says_what_x_is_where_there_is_a_set(lure, loop_file, monkeypatch):
+    heard = {}
+    found = Answer(said="a region", sets=(), outside=(), verdict=OPEN)
+    monkeypatch.setattr(regions, "region", lambda _loop, **ways: heard.update(ways) or found)
+    assert lure("region", loop_file)[1] == "a region\n"
+    assert heard["along"] is None
+    found.outside = (SimpleNamespace(),)
+    assert "x is the state of the companion form" in lure("region", loop_file, "--along", "1")[1]
+    assert heard["along"] == [[1]]
