@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from worded import shown
 
-from lure import InputError, NonlinearityClass, Sector, SlopeBounds, as_plant
+from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, as_plant
 from lure.analysis.questions import certify as certifying
 from lure.analysis.questions import channel_hypotheses as permitted
 from lure.analysis.questions import channel_kinds as kinds
@@ -18,6 +18,7 @@ from lure.analysis.questions import channel_map as mapping
 from lure.analysis.questions import worst_plants
 from lure.analysis.questions.certify import ProofOptions, certify, text_of
 from lure.analysis.questions.channel_problem import channel_problem
+from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
 from lure.classes import Diagonal
 from lure.errors import AssumptionError
@@ -256,6 +257,35 @@ def test_repeated_nonlinearities_are_named():
     assert kinds.kind_name(Diagonal((one, one, two), repeated=(2, 1))) == "slope/sector, some the same"
     block = OWN.full_block(0, 1)
     assert kinds.kind_name(Diagonal((block, block), repeated=True)) == "full-block sector, the same in all channels"
+
+
+LOOP = builtin_loop("dead-zone")
+
+
+@pytest.mark.parametrize(
+    ("loop", "given", "several"),
+    [
+        ("1/(s+1)", None, False),
+        ("1/(s+1)", OWN(sector=Sector(0, 1)), False),
+        ("1/(s+1)", OWN.relu(), True),
+        ("1/(s+1)", OWN.norm_bounded(1), True),
+        ("1/(s+1)", OWN.hysteretic("stop"), True),
+        ("1/(s+1)", OWN.varying_gain(0, 1, rate=1), True),
+        ("1/(s+1)", [Sector(0, 1)], True),
+        ("1/(s+1)", {"a": Sector(0, 1)}, True),
+        ("1/(s+1)", Diagonal((OWN.relu(),)), True),
+        ((LAG, np.eye(2), np.eye(2), np.zeros((2, 2))), None, True),
+        (LOOP, None, False),
+        (LOOP, Sector(0, 1), False),
+        (replace(LOOP, nonlinearity=None, nonlinearity_class=None), [Sector(0, 1)], True),
+        (two_lags(), None, True),
+        (Problem.about(RationalPlant([1], [1, 1]), OWN(sector=Sector(0, 1))), None, False),
+    ],
+)
+def test_what_is_a_question_about_several_channels(loop, given, several):
+    assert kinds.has_channels(loop, given) is several
+    with pytest.raises(InputError, match="closes the loop itself"):
+        kinds.has_channels(LOOP, [Sector(0, 1)])
 
 
 # larger classes first, those asked about among them, each once; gains and ReLUs stay in all; a repeated one comes apart

@@ -295,6 +295,8 @@ def test_the_numbers_of_energy_follow_from_P():
     assert 2 < first <= 2 * (1 + 2e-9)
     second = energy._constant(asked, [[F(1)]], F(2), F(1, 2), peak=True)
     assert 18 < second <= 18 * (1 + 2e-9)
+    seen = gain_problem(LAG, Sector(0, 1), {"Bw": [[1, 0]], "Cz": [[3], [4]]})[0]
+    assert energy._constant(seen, [[F(1)]], F(1), F(1), peak=True) == pytest.approx(25, rel=2e-9)
     assert energy._constant(asked, [[F(-1)]], F(2), F(1, 2), peak=False) is None
     two = gain_problem(([[-1, 0], [0, -1]], [[1], [1]], [[1, 1]], 0), Sector(0, 1), {"Bw": [[1], [0]], "Cz": [[1, 2]]})[
         0

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from worded import PLAIN
 
-from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds
+from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, as_plant
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.questions import decay, margins
 from lure.analysis.questions.decay import RateBound
@@ -288,6 +288,38 @@ def test_both_sides_of_a_rate(discrete, refuted, proofs, multipliers, ways, step
         CLASSES,
         GIVEN,
     )
+
+
+LAGS = as_plant(([[-1, 0], [0, -1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]))
+BOXED = PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)})
+VARYING = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
+
+
+# a loop of its own kind for one channel, several, dead time and boxes; of differences gains that jump are no members
+@pytest.mark.parametrize(
+    ("plant", "given", "kind"),
+    [
+        (RationalPlant([1], [1, 1]), Sector(0, 1), "OneChannel"),
+        ("exp(-s)/(s+1)", Sector(0, 1), "LateChannels"),
+        (BOXED, Sector(0, 1), "BoxOfPlants"),
+        (LAGS, [Sector(0, 1)] * 2, "SeveralChannels"),
+        (as_plant([["exp(-s)/(s+1)", "0"], ["0", "1/(s+1)"]]), [Sector(0, 1)] * 2, "LateChannels"),
+        (LAGS, None, "no class of nonlinearities is given"),
+    ],
+)
+def test_which_loop_a_rate_is_asked_of(plant, given, kind, monkeypatch):
+    heard = []
+    monkeypatch.setattr(decay, "_answered", lambda one, *_given, **ways: heard.append((type(one).__name__, ways)))
+    if " " in kind:
+        with pytest.raises(InputError, match=kind):
+            decay.decay_rate(plant, given)
+        return
+    decay.decay_rate(plant, given, worst=True)
+    assert heard[0][0] == kind
+    assert heard[0][1] == ({"worst": True} if kind in ("OneChannel", "BoxOfPlants") else {})
+    decay.difference_rate(RationalPlant([1], [1, 1]), Diagonal((VARYING,)))
+    decay.difference_rate(LAGS, Diagonal((VARYING,) * 2))
+    assert heard[1:] == [("OneChannel", {"jumping": False}), ("SeveralChannels", {"jumping": False})]
 
 
 # tolerances -----------------------------------------------------------------------------------------------------------
