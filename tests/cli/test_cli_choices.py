@@ -211,7 +211,7 @@ def test_text_is_wrapped_between_words_and_not_inside_an_interval():
     assert loops._wrapped([text])[-1] == "[0.123456789, 0.98765432]"
     assert loops._wrapped(["x " * 38 + "phi = 2"])[-1] == "phi = 2"
     assert loops._wrapped(["x " * 38 + "k = 2"])[-1] == "k = 2"
-    assert loops._wrapped(["x" * 78 + " a-b"]) == ["x" * 78, "a-b"]
+    assert loops._wrapped(["x" * 77 + " a-b"]) == ["x" * 77, "a-b"]
 
 
 # what the options leave out the class of the system says

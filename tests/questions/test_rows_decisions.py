@@ -9,6 +9,7 @@ import pytest
 from worded import PLAIN, shown
 
 from lure import InputError, NonlinearityClass, RationalPlant, Saturation, Sector, SlopeBounds, as_plant
+from lure.analysis.numerics.doubles import bound_above, double_above, double_below
 from lure.analysis.questions import answers, table
 from lure.analysis.questions.channel_map import Ray, StabilityMap
 from lure.analysis.questions.channel_problem import channel_problem
@@ -127,6 +128,19 @@ def test_a_proved_factor_is_told_with_what_was_tried():
         "0.3333333 alone",
     )
     assert (bound(**GIVEN).proved_text, bound(verdict=OPEN, answers=(one,)).proved_text) == ("", "")
+
+
+# 57/10 lies between two doubles: the text is that of the certificate, on both sides
+def test_ends_that_are_no_doubles_are_said_as_they_stand_in_the_certificate():
+    laws, end = {**PLAIN, "sector": ["0", "57/10"]}, F(57, 10)
+    low, high = double_below(end), double_above(end)
+    one = SimpleNamespace(proof=shown(laws=laws), search_limited=False)
+    assert bound(largest=Bracket(low, inf), answers=(one,)).proved_text == "5.7"
+    refuted = SimpleNamespace(certificate={"laws": laws})
+    assert bound(witness=member(high, refutation=refuted), refuted_at=high).refuted_text == "5.7"
+    both = {"witness": member(9.0), "trivial": member(high, refutation=refuted), "refuted_at": high}
+    assert (bound(**both).refuted_text, bound(**both).witness_text) == ("5.7", "9")
+    assert bound(**both, classes=TWO).refuted_text == bound_above(high)
 
 
 @pytest.mark.parametrize(
@@ -329,3 +343,102 @@ def test_options_of_one_channel_are_refused_beside_classes():
             answers.max_sector(plant, [Sector(0, 1)], **more)
     with pytest.raises(InputError):
         answers.max_slope(plant, [Sector(0, 1)], odd=True)
+
+
+# a class whose bounds begin above 0 is asked once more as it is, where it was asked from 0 on as a list; and so is one
+# that stands beside such a list
+@pytest.mark.parametrize(
+    ("lowers", "moved", "verdict", "again"),
+    [
+        ((F(1),), (True,), OPEN, [0]),
+        ((F(0),), (True,), OPEN, []),
+        ((F(1),), (False,), OPEN, []),
+        ((F(1),), (True,), PROVED, []),
+        ((F(0), F(0)), (True, False), OPEN, [1]),
+        ((F(1), F(0)), (True, False), OPEN, [0, 1]),
+        ((F(0), F(1)), (False, False), OPEN, []),
+    ],
+)
+@pytest.mark.parametrize("better", [True, False])
+def test_what_is_asked_once_more(lowers, moved, verdict, again, better, monkeypatch):
+    asked = [Problem.about(LAG, OWN(sector=Sector(low, 2)), name=f"{i}") for i, low in enumerate(lowers)]
+    as_list = channel_problem(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 2)])
+    other = dict(zip([one.name for one in asked], moved, strict=True))
+    calls, decided = [], SimpleNamespace(verdict=verdict)
+
+    def search(found, _rows, **_ways):
+        calls.append([one.asked.name for one in found])
+        if better and len(calls) > 1:
+            found[0].certification = "better"
+
+    monkeypatch.setattr(answers, "splits_of", lambda _problems: ())
+    monkeypatch.setattr(answers, "as_one_channel", lambda one: as_list if other[one.name] else one)
+    monkeypatch.setattr(answers, "search_for", search)
+    monkeypatch.setattr(answers, "certification_of", lambda _found, _rows: decided)
+    found = answers.answers(asked)
+    assert calls[1:] == [[f"{i}"] for i in again]
+    assert found == ["better" if better and i in again else decided for i in range(len(asked))]
+
+
+# what was asked as a list of one is said as of one channel, unless a class is held against its factors
+def test_rows_of_lists_are_said_as_of_one_channel(monkeypatch):
+    scalar = Problem.largest(LAG, "sector", lower=F(0))
+    listed = channel_problem(LAGS, [Sector(0, 1)] * 2, kind="sector")
+    monkeypatch.setattr(answers, "largest_of", lambda _one: SimpleNamespace(refuted_at=None, said="scalar"))
+    monkeypatch.setattr(answers, "bound_of_factors", lambda *_given: "as one channel")
+    monkeypatch.setattr(Factors, "bound", property(lambda _self: "factors"))
+    found = [Findings(scalar, hurwitz=Bracket(0, inf)), Factors(listed), Attempts(listed)]
+    problems = [scalar, scalar, listed]
+    assert [getattr(one, "said", one) for one in answers._rows(problems, found)] == ["scalar", "as one channel"]
+    assert answers._rows(problems, found, factors=True) == ["factors"]
+    assert answers._rows([listed], [Factors(listed)]) == ["factors"]
+
+
+# of several channels: every kind, then the class itself; a map of two; what is asked is a row of its own
+@pytest.mark.parametrize(
+    ("classes", "kind", "seconds", "mapped"),
+    [
+        ([Sector(0, 1)] * 2, "class", 10, True),
+        ([Sector(0, 1)] * 2, "sector", None, True),
+        (TWO, "class", None, True),
+        (Diagonal(TWO.classes, repeated=True), "class", 10, False),
+    ],
+)
+def test_what_an_analysis_of_several_channels_asks(classes, kind, seconds, mapped, monkeypatch):
+    heard, told = {}, []
+
+    def ask(problems, **ways):
+        heard.update(ways, problems=list(problems))
+        ways["progress"]("a step", 0.5)
+        rows = [bound(classes=one.classes, largest=Bracket(float(i), inf)) for i, one in enumerate(problems)]
+        return [row for row, one in zip(rows, problems, strict=True) if one.kind != "class"] + [
+            SimpleNamespace(conclusion="decided") for one in problems if one.kind == "class"
+        ]
+
+    def draw(_problem, **ways):
+        heard["map"] = ways["seconds"]
+        ways["progress"]("a ray", 0.5)
+        return "a map"
+
+    class Found:
+        def __init__(self, **given):
+            vars(self).update(given)
+
+    monkeypatch.setattr(table, "answers", ask)
+    monkeypatch.setattr(table, "stability_map", draw)
+    monkeypatch.setattr(table, "LoopAnalysis", Found)
+    monkeypatch.setattr(table, "channel_hints", lambda *_given: ("a hint",))
+    monkeypatch.setattr(table, "_not_shown", lambda *_given: ())
+    problem = channel_problem(LAGS, classes, kind=kind)
+    found = table._of_channels(problem, seconds, lambda step, done: told.append((step, done)))
+    share = 0.6 if mapped else 1.0
+    assert heard["seconds"] == (None if seconds is None else share * seconds)
+    assert told == [("a step", share * 0.5), *([("a ray", share + (1 - share) * 0.5)] if mapped else [])]
+    assert (found.map, "map" in heard) == (("a map" if mapped else None), mapped)
+    assert not mapped or heard["map"] == (None if seconds is None else pytest.approx(0.4 * seconds))
+    assert (heard["problems"][-1] == problem) is (kind == "class")
+    assert [one.largest.low for one in found.rows] == sorted((one.largest.low for one in found.rows), reverse=True)
+    assert (found.hints, found.gains) == (("a hint",) if kind == "class" else (), None)
+    assert (found.asked is None) is (kind != "class")
+    assert found.asked is None or found.asked.classes == problem.classes
+    assert (found.conclusion == "decided") is (kind == "class")
