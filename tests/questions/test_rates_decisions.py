@@ -8,13 +8,14 @@ import pytest
 from worded import PLAIN
 
 from lure import InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, as_plant
-from lure.analysis.certificates.checker import Refuted
+from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.questions import decay, margins
 from lure.analysis.questions.decay import RateBound
-from lure.analysis.questions.margins import Margin, Tolerances, _Growth, tolerances
+from lure.analysis.questions.margins import Margin, Tolerances, _ChannelGrowth, _Growth, tolerances
 from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Bracket, Evidence, Verdict
 from lure.classes import Diagonal
+from lure.errors import AssumptionError
 from lure.plants.family import PlantFamily
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
@@ -531,6 +532,33 @@ def test_tolerances_ask_for_each_parameter_and_for_all(monkeypatch):
     assert (found.verdict, found.reason, found.stopped) == (REFUTED, "why", None)
     monkeypatch.setattr(Grown, "margin", lambda _self, _own: (_ for _ in ()).throw(TimeoutError))
     assert (made.answered(None, None).stopped, made.answered(None, None).margins) == ("time", ())
+
+
+# of several channels each criterion is asked; one of which boxes are found is enough
+@pytest.mark.parametrize(("shows", "found"), [((), False), (("a",), True), (("b",), True)])
+def test_boxes_of_several_channels_are_likely_where_a_criterion_has_some(shows, found, monkeypatch):
+    class Search:
+        def __init__(self, asked, name):
+            self.asked, self.name = asked, name
+
+        def tree(self, alpha):
+            """Boxes, or none."""
+            assert (self.asked, alpha) == ("another box", 1)
+            if self.name not in shows:
+                raise AssumptionError("none")
+            return "boxes"
+
+        def whole(self):
+            """What is accepted."""
+            return object.__new__(Proved) if self.name in shows else None
+
+    monkeypatch.setattr(margins.channel_families, "criteria", lambda _asked: ["a", "b"])
+    monkeypatch.setattr(margins.channel_families, "BoxSearch", Search)
+    monkeypatch.setattr(_ChannelGrowth, "at", lambda _self, _box: "another box")
+    made = _ChannelGrowth(None)
+    assert made.likely("box") is found
+    assert isinstance(made.proved("box"), Proved) is found
+    assert made.most((0,)) == 32
 
 
 def test_tolerances_are_of_plants_with_parameters():

@@ -11,6 +11,7 @@ from lure.analysis import wording
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import CONVERGES, MOVES, SLOPED
 from lure.analysis.certificates.drafts import Failure
+from lure.analysis.questions import conclusion as concluding
 from lure.analysis.questions import max_sector
 from lure.analysis.questions.conclusion import (
     Certification,
@@ -27,9 +28,10 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys
 from lure.classes import FULL_BLOCK
-from lure.nonlinearities import DeadZone
+from lure.nonlinearities import DeadZone, Quantiser
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
+COMPOSED = next(one.name for one in concluding.TABLE if one.composed)
 PERFORMANCE = {**PLAIN, "operator": "performance"}
 OPERATOR = {**PLAIN, "operator": "norm-bounded"}
 STEPS = {"method": "signal", "inputs": [["1"]] * 3, "slopes": ["1"]}
@@ -438,3 +440,121 @@ def test_a_certification_is_told(kind, said):
         assert f"{codes.PRECISION.identifier}, {codes.PRECISION.title}" in found._repr_html_()
         assert "Searches that showed nothing" in found._repr_html_()
         assert "Searches that" not in Certification(conclusion=one, detail="a claim")._repr_html_()
+
+
+WIDE = {**PLAIN, "sector": ["0", "17/3"]}  # 17/3 = 5.666..., of which less is said
+ABOUT = "phi, time-invariant, in the sector [0, 5.666666]"
+REST = "Every solution converges to the set of equilibria"
+
+
+def follows(phi=None, high=5, larger=None, **more):
+    asked = Problem.about(THIRD, NonlinearityClass(sector=Sector(0, high)), nonlinearity=phi)
+    given = {"conclusion": SETS, "theorem": "popov", "laws": WIDE, "system": dict(asked.system), "multiplier": {}}
+    assumed = more.pop("assumed", "")
+    proof = shown(**given | more)
+    proof.assumed = assumed
+    return concluding._proved(asked, proof, larger)
+
+
+SATURATION = "saturation min(max(sigma, -1), 1)"
+DEAD = "dead zone of |sigma| <= 1, then slope 1"
+
+
+# what is proved of a class is said of it, of a member by name; an assumption stands beside what it is assumed of
+@pytest.mark.parametrize(
+    ("given", "head", "after", "attracts", "assumed"),
+    [
+        ({}, f"{REST} for every {ABOUT}", "", False, ()),
+        (
+            {"assumed": "x holds", "theorem": "circle"},
+            f"{REST} for every {ABOUT} for which x holds",
+            *("", False, ("x holds",)),
+        ),
+        (
+            {"phi": Saturation(gain=1, limit=1)},
+            f"Every solution converges to 0 with {SATURATION}",
+            f": every solution converges to the set of equilibria for every {ABOUT}, of which it is checked to be one, "
+            "and it vanishes at 0 only",
+            True,
+            (),
+        ),
+        (
+            {"phi": DeadZone(width=1)},
+            f"{REST} with {DEAD}",
+            f", as for every {ABOUT}, of which it is checked to be one",
+            False,
+            (),
+        ),
+        (
+            {"phi": DeadZone(width=1), "conclusion": "0 attracts every motion"},
+            f"The point 0 attracts every solution with {DEAD}",
+            f", as for every {ABOUT}, of which it is checked to be one",
+            True,
+            (),
+        ),
+        (
+            {"conclusion": CONVERGES, "theorem": next(iter(SLOPED)), "laws": {**WIDE, "slope": ["-1", "17/3"]}},
+            "Every solution converges to 0 for every phi with slope in [-1, 5.666666], in the sector [0, 5.666666]",
+            "",
+            True,
+            (),
+        ),
+    ],
+)
+def test_what_is_proved_is_said(given, head, after, attracts, assumed):
+    if "slope" in str(given.get("laws")):
+        asked = Problem.about(THIRD, NonlinearityClass.slope_restricted(0, 5))
+        proof = shown(**given, system=dict(asked.system), multiplier={})
+        proof.assumed = ""
+        found = concluding._proved(asked, proof, None)
+    else:
+        found = follows(**given)
+    by = given.get("theorem", "popov")
+    assert (found.headline, found.attracts, found.assumed) == (f"{head}.", attracts, assumed)
+    assert found.sentence == f"{head}{after}, by the criterion {by} (certified)."
+    assert found.membership == ("checked" if "phi" in given else "")
+    assert found.verdict is PROVED
+    assert f"{found.sentence[:-1]}, which proves up to 2." == str(follows(**given, larger=shown())) or "laws" in given
+
+
+# of play the class is no part of what is proved; of a quantiser regularity is missing alone
+@pytest.mark.parametrize(
+    ("given", "code", "said"),
+    [
+        ({"high": 6}, codes.NO_MULTIPLIER, f"what is proved is about {ABOUT}, which does not contain the class asked"),
+        (
+            {"phi": Quantiser(step=1)},
+            codes.NOT_LIPSCHITZ,
+            f"what is proved is about {ABOUT}, and quantiser 1 round(sigma/1) is not known to be locally Lipschitz",
+        ),
+        ({"theorem": COMPOSED, "assumed": "x"}, codes.SEVERAL_SOLUTIONS, "which the class does not promise; slope"),
+    ],
+)
+def test_what_is_not_proved_is_not_said(given, code, said):
+    found = follows(**given)
+    assert (found.verdict, found.code) == (OPEN, code)
+    assert said in found.reason or code is codes.NOT_LIPSCHITZ
+
+
+# x + phi(x)/2 = y has one solution for slopes from 0 to 1: nothing is left to assume
+@pytest.mark.parametrize(
+    ("direct", "phi", "theorem", "said"),
+    [
+        ("1/2", Saturation(gain=1, limit=1), "circle", ()),
+        ("-1/2", Saturation(gain=1, limit=1), "circle", ()),
+        ("-2", Saturation(gain=1, limit=1), "circle", "some y have several"),
+        ("-1", Saturation(gain=1, limit=1), "circle", "some y have several"),
+        ("-1/2", Saturation(gain=1, limit=1), COMPOSED, ()),
+    ],
+)
+def test_what_slopes_show_is_not_assumed(direct, phi, theorem, said):
+    plant = RationalPlant([F(direct), 1], [1, 1])
+    asked = Problem.about(plant, NonlinearityClass(sector=Sector(0, 1)), nonlinearity=phi)
+    proof = shown(theorem=theorem, laws=dict(asked.class_entry), system=dict(asked.system), multiplier={})
+    proof.assumed = "some y have one"
+    found = concluding._proved(asked, proof, None)
+    if said:
+        assert (found.verdict, found.code) == (OPEN, codes.SEVERAL_SOLUTIONS)
+        assert said in found.reason
+    else:
+        assert (found.verdict, found.assumed) == (PROVED, ())
