@@ -131,7 +131,7 @@ def test_far_out_the_quotient_of_what_comes_late_is_in_a_disc(kind, piece, theta
 @pytest.mark.parametrize(
     "text",
     [
-        "exp(-s/2)/(s + 1)",
+        pytest.param("exp(-s/2)/(s + 1)", marks=pytest.mark.thorough),
         "exp(-0.3*s)/(s*(s + 1))",
         pytest.param("(1 + exp(-s))/(s + 2)^2", marks=pytest.mark.thorough),
         pytest.param("2/(s + 3) + exp(-2*s)/(s + 1)", marks=pytest.mark.slow),

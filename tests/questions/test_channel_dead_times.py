@@ -230,9 +230,10 @@ def test_channels_of_a_larger_plant():
 @pytest.mark.parametrize(
     ("plant", "classes"),
     [
-        (
+        pytest.param(
             as_plant([["1/s", "0"], ["0", "exp(-s)/(s+2)"]]),
             [NonlinearityClass(sector=Sector(0, 1), time_varying=True)] * 2,
+            marks=pytest.mark.slow,
         ),
         (LAGS, [NonlinearityClass.delayed(1, varying=True), Sector(0, 1)]),
         (LAGS, [NonlinearityClass.hysteretic("play", 1), Sector(0, 1)]),

@@ -49,7 +49,13 @@ def double(text):
 # largest factors with full-block multipliers, recomputed by others at the vertices of the gains with R < 0: .798467 and
 # .678574; concave in each gain is less than R < 0, and the orthants of the first plant show a little more, which
 # other processors reach to the 1e-4 at which the search ends
-@pytest.mark.parametrize(("plant", "others", "ours"), [(VEENMAN, 0.798467, 0.79998), (OPPOSITE, 0.678574, 0.678573)])
+@pytest.mark.parametrize(
+    ("plant", "others", "ours"),
+    [
+        pytest.param(VEENMAN, 0.798467, 0.79998, marks=pytest.mark.slow),
+        (OPPOSITE, 0.678574, 0.678573),
+    ],
+)
 def test_full_block_multipliers_reach_what_others_computed_and_gains_that_jump_refute_beyond(plant, others, ours):
     found = second(max_sector(plant, [MOVING] * plant.inputs))
     assert found.criterion == "full-block-circle"

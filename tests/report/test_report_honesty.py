@@ -49,9 +49,9 @@ def test_a_dashpot_too_weak_for_doubles_is_refused_in_one_sentence(tmp_path, mon
     ("settings", "compared"),
     [
         ([], ["energy identity", "Popov-Lyapunov function", "zeta", "resting place"]),
-        (["force.g=0.001"], ["energy identity"]),
-        (["rod.damping=0"], ["energy identity"]),
-        (["rod.damping=-0.1"], ["energy identity"]),
+        pytest.param(["force.g=0.001"], ["energy identity"], marks=pytest.mark.slow),
+        pytest.param(["rod.damping=0"], ["energy identity"], marks=pytest.mark.thorough),
+        pytest.param(["rod.damping=-0.1"], ["energy identity"], marks=pytest.mark.thorough),
         (["initial.u0=0"], []),
     ],
 )

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from depth import seldom
+from depth import rarely, seldom
 
 from lure import AssumptionError, InputError
 from lure.analysis.rod.comparison import compare
@@ -180,7 +180,7 @@ def test_the_modes_are_the_closed_forms(release):
     assert wave_decay(unit_rod(damping=0.5), 2)[2] is None
 
 
-@pytest.mark.parametrize(("space", "order"), [("P1", 40), ("P2", 41), ("cosine", 40)])
+@pytest.mark.parametrize(("space", "order"), rarely([("P1", 40), ("P2", 41), ("cosine", 40)], ("P2", 41)))
 def test_galerkin_modes_move_the_end_as_the_integrator_does(space, order):
     rod = unit_rod(damping=0.3)
     scenario = Scenario.parse(displacement="x*x/7", velocity="cos(2*x)")
@@ -244,7 +244,7 @@ def test_of_another_rod_or_with_contact_nothing_is_said_about_the_paper(struck):
 # independence, output, refusals ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", seldom(["LSODA", "CVODE", "DOP853"], "LSODA"))
+@pytest.mark.parametrize("method", seldom(["LSODA", "CVODE", "DOP853"], "LSODA", "CVODE"))
 def test_the_errors_do_not_depend_on_the_integrator(struck, method):
     found = compare(struck.rod, STANDING, 2.9, cells=(20, 40), galerkin=(), method=method, samples=401)
     for row, exact in zip(found.rows, struck.rows, strict=False):

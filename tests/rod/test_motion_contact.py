@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import rarely
 from motions import EITHER_WAY, imbalance, other_rod, unit_rod
 
 from lure import AssumptionError, PiecewiseLinear
@@ -137,7 +138,7 @@ def test_power_laws_against_closed_forms(eps):
     assert imbalance(root) < 1e-10
 
 
-@pytest.mark.parametrize("exponent", [0.5, 1.5, 2.0, 3.0])
+@pytest.mark.parametrize("exponent", rarely([0.5, 1.5, 2.0, 3.0], 0.5))
 def test_power_laws_keep_the_balance_through_several_impacts(exponent):
     motion = exact_motion(other_rod(exponent=exponent), LOADED, 20.0)
     assert len(motion.impacts) > 1

@@ -39,7 +39,9 @@ def compared(motion, exact, until):
     return z, instants, abs(float(exact.impulse()) - math.fsum(i.impulse for i in motion.impacts))
 
 
-@pytest.mark.parametrize("eps", rarely(["1e6", "0.2", "1e-3", "1e-6", "1e-9", "1e-12", "rigid"], "1e6", "1e-3", "1e-9"))
+@pytest.mark.parametrize(
+    "eps", rarely(["1e6", "0.2", "1e-3", "1e-6", "1e-9", "1e-12", "rigid"], "1e6", "1e-3", "1e-6", "1e-9", "1e-12")
+)
 def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(eps):
     rigid = eps == "rigid"
     rod = other_rod(compliance=Fraction(1 if rigid else eps), damping=Fraction("0.3"), gap=Fraction("0.1"))
@@ -57,10 +59,10 @@ def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(ep
     [
         {"end_damping": 0.7},
         {"clamped": True},
-        {"rigid": True, "end_damping": 0.2},
+        pytest.param({"rigid": True, "end_damping": 0.2}, marks=pytest.mark.thorough),
         {"rigid": True, "damping": Fraction(0)},
-        {"damping": Fraction(1)},
-        {"gap": Fraction("-0.05")},
+        pytest.param({"damping": Fraction(1)}, marks=pytest.mark.thorough),
+        pytest.param({"gap": Fraction("-0.05")}, marks=pytest.mark.thorough),
     ],
 )
 def test_every_boundary_agrees_with_forty_digits_at_every_degree(case):
