@@ -392,6 +392,7 @@ def _positive(series: _Series, a: Fraction, b: Fraction) -> bool:
     for k in range(m):
         pivot = taylor(here[k][k], wide[k][k], radius)
         if not pivot.real > 0:
+            require(not here[k][k][0].real < 0, "F > 0 is not shown on a piece")  # it is not, on any part of it
             return False
         wide[k][k] = acb_series([pivot, *(wide[k][k][h] for h in range(1, SERIES_TERMS))])
         for side in (here, wide):
