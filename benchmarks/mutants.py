@@ -386,8 +386,8 @@ def said(reports: dict[str, object]) -> list[str]:
     from lure.analysis.rod.conclusion import conclusion
     from lure.analysis.rod.popov import rod_criteria
     from lure.analysis.rod.report.build import checked_criteria
-    from lure.analysis.rod.report.claims import claims
     from lure.analysis.rod.report.document import document
+    from lure.analysis.rod.report.model import claims
     from lure.analysis.rod.report.output import page
     from lure.files import parse_system
     from lure.files.builtin import builtin_loop

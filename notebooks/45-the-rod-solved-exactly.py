@@ -40,11 +40,11 @@ from lure.analysis.plots.style import (
     finish_axes,
 )
 from lure.analysis.rod.comparison import compare, integrate
-from lure.analysis.rod.plots.assembly import (
+from lure.analysis.rod.plots.comparison import plot_comparison
+from lure.analysis.rod.plots.motion import (
     plot_assembly_contacts,
     plot_assembly_ends,
 )
-from lure.analysis.rod.plots.comparison import plot_comparison
 from lure.analysis.rod.plots.response import plot_history, plot_poincare
 from lure.analysis.rod.response import Plan, response
 from lure.rod import Rod, Scenario, builtin_system, upwind

@@ -1,4 +1,11 @@
-"""Constant gains ``mu_i = -g_i sigma_i`` that destabilise a plant of several channels, in floating point."""
+"""Constant gains ``mu_i = -g_i sigma_i`` that destabilise a plant of several channels, in floating point.
+
+Where a function of several channels lies in a full-block sector, a matrix takes the place of their gains.
+``mu_b = -(c + r Q) sigma_b`` with ``c = (l + u)/2``, ``r = (u - l)/2`` and any ``|Q| <= 1`` is a member.  The leading
+eigenvalue of the loop changes by ``<K, dG>``, ``K_ij = -(y^* B)_i (C x)_j/(y^* x)``, and grows fastest towards ``Q =
+U V'`` if ``Re K_b = U S V'``; gains of other channels go to one end or the other.  Nothing here is believed: a checker
+decides.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +27,13 @@ _WORK = 4e8  # evaluations times the cube of the order, for shapes and scales
 _STILL = 1e-8  # of the largest eigenvalue
 _MOST_CORNERS, _FARTHEST, _SHORT = 10, 1e12, 10**6  # nonlinearities, factors, denominators: where D has no solution
 _ZOOMS, _POINTS, _REFINED = 9, 16, 12  # of a crossing: 16^-9 of the interval
+_GRID, _MOST_PATTERNS, _RANDOM, _TIMES_FINER, _NEWTONS = 900, 64, 16, 2, 60
+_A_TURN, _MOST_GRID = 10, 9000  # frequencies for each turn of the longest dead time
+_WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
+_LARGEST, _EXACT, _CLOSE, _REAL = 1e6, 1e-15, 1e-6, 1e-4
+_STARTS, _TURNS, _HALVINGS, _LARGEST_GAIN, _SURE = 8, 30, 40, 1e6, 1e-9
+_MARGIN, _BITS = Fraction(1, 2**40), 2**52
+_MATRIX_STEPS = (1e-10, 1e-9, 1e-7, 1e-5, 1e-3)
 
 
 @described(frozen=True)
@@ -276,11 +290,6 @@ class GainSearch(GainsAround):
 # which there are roots ``s > 0`` for every ``alpha``.  Nothing here is believed: a rectangle of gains and frequencies
 # is proposed, and checked.
 
-_GRID, _MOST_PATTERNS, _RANDOM, _TIMES_FINER, _NEWTONS = 900, 64, 16, 2, 60
-_A_TURN, _MOST_GRID = 10, 9000  # frequencies for each turn of the longest dead time
-_WIDTHS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)
-_LARGEST, _EXACT, _CLOSE, _REAL = 1e6, 1e-15, 1e-6, 1e-4
-
 
 class Crossing(NamedTuple):
     """The factor, gains in units of the upper bounds, how much of these, and the frequency [rad/s]; 0: ``s >= 0``."""
@@ -451,3 +460,108 @@ class LateGains:
                     "turn": [str(Fraction(f"{v:.6g}")) for v in (turn.real, -turn.imag)],
                 },
             )
+
+
+@described()
+class MatrixGains:
+    """The search for one plant."""
+
+    A: Reals = quantity("(n, n) [floating point]")
+    B: Reals = quantity("(n, m) [floating point]")
+    C: Reals = quantity("(m, n) [floating point]")
+    D: Reals = quantity("(m, m) [floating point]")
+    lower: Sequence[Fraction] = quantity("Lower bounds at the factor 1")
+    upper: Sequence[Fraction] = quantity("Upper bounds at the factor 1")
+    blocks: Sequence[Sequence[int]] = quantity("The channels of each nonlinearity")
+    wide: Sequence[Sequence[int]] = quantity("Those of the blocks that are functions of all their channels")
+    discrete: bool = quantity("Whether in discrete time")
+
+    def found(self, most: float) -> Iterator[tuple[Fraction, list[list[Fraction]]]]:
+        """Factors and matrices of all channels that let a solution grow, the least factor that was found first.
+
+        ``most``: the largest factor of interest; finite: of this factor.
+        """
+        random = np.random.default_rng(0)
+        starts = [np.eye(len(self.D)), -np.eye(len(self.D))]
+        starts += [random.normal(size=self.D.shape) for _ in range(_STARTS)]
+        if most < math.inf:
+            best = max((self._grown(most, start) for start in starts), key=lambda one: one[0])
+            if best[0] > _SURE:
+                yield Fraction(most), self._exact(Fraction(most), best[1])
+            return
+        high, shape = self._first(starts)
+        if shape is None:
+            return
+        low = 0.0
+        for _ in range(_HALVINGS):
+            checkpoint()
+            middle = (low + high) / 2
+            growth, turned = max((self._grown(middle, one) for one in (shape, *starts[:2])), key=lambda one: one[0])
+            low, high, shape = (low, middle, turned) if growth > _SURE else (middle, high, shape)
+        for step in _MATRIX_STEPS:
+            alpha = Fraction(high * (1 + step))
+            yield alpha, self._exact(alpha, self._grown(float(alpha), shape)[1])
+
+    def _first(self, starts: list[Reals]) -> tuple[float, Reals | None]:
+        """A factor at which something grows, with the shape of the gains."""
+        factor = 1 / _LARGEST_GAIN
+        while factor <= _LARGEST_GAIN:
+            checkpoint()
+            growth, shape = max((self._grown(factor, one) for one in starts), key=lambda one: one[0])
+            if growth > _SURE:
+                return factor, shape
+            factor *= 4
+        return factor, None
+
+    def _grown(self, factor: float, shape: Reals) -> tuple[float, Reals]:
+        """The growth that is reached from a shape ``Q`` (of single gains its diagonal), and the shape there."""
+        shape, best = self._towards(shape), (-math.inf, shape)
+        for _ in range(_TURNS):
+            growth, slope = self._leading(factor, shape)
+            if growth <= best[0] + _SURE * abs(best[0]):
+                break
+            best = growth, shape
+            shape = self._towards(slope)
+        return best
+
+    def _towards(self, slope: Reals) -> Reals:
+        """The shape at which a linear function of ``G`` is largest."""
+        found = np.zeros_like(slope)
+        for block in self.blocks:
+            if block in self.wide:
+                u, _, v = np.linalg.svd(slope[np.ix_(block, block)])
+                found[np.ix_(block, block)] = u @ v
+            else:
+                found[block, block] = np.sign(sum(slope[i, i] for i in block)) or 1.0
+        return found
+
+    def _ends(self, factor: float) -> tuple[Reals, Reals]:
+        low, high = (np.array([float(v) for v in side]) for side in (self.lower, self.upper))
+        return (factor * high + low) / 2, (factor * high - low) / 2
+
+    def _leading(self, factor: float, shape: Reals) -> tuple[float, Reals]:
+        """The growth with a shape, and its slopes in ``G``."""
+        middle, radius = self._ends(factor)
+        G, one = np.diag(middle) + radius[:, None] * shape, np.eye(len(shape))
+        whole = one + self.D @ G
+        if radius.min() <= 0 or abs(np.linalg.det(whole)) < _SURE:
+            return -math.inf, shape
+        seen, into = np.linalg.solve(whole, self.C), self.B @ np.linalg.inv(one + G @ self.D)
+        values, right = np.linalg.eig(self.A - self.B @ G @ seen)
+        size = np.abs(values) - 1 if self.discrete else values.real
+        k = int(np.argmax(size))
+        left = np.linalg.pinv(right)[k]
+        slope = -np.outer(left @ into, seen @ right[:, k])
+        turn = np.conj(values[k]) / max(abs(values[k]), _SURE) if self.discrete else 1.0
+        return float(size[k]), np.real(turn * slope)
+
+    def _exact(self, alpha: Fraction, shape: Reals) -> list[list[Fraction]]:
+        """The matrix of all channels in fractions, a little inside of the class."""
+        wide = {i for block in self.wide for i in block}
+        found = list[list[Fraction]]()
+        for i, row in enumerate(shape.tolist()):
+            low, high = self.lower[i], alpha * self.upper[i]
+            inside = 1 - _MARGIN if i in wide else 1
+            rounded = [Fraction(round(v * _BITS), _BITS) * inside * (high - low) / 2 for v in row]
+            found.append([v + (i == j) * (high + low) / 2 for j, v in enumerate(rounded)])
+        return found

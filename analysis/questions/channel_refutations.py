@@ -18,8 +18,7 @@ from lure.analysis.certificates.checker import OTHERS, Refuted
 from lure.analysis.certificates.drafts import checked
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.balance import Balance
-from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains
-from lure.analysis.counterexamples.channel_matrices import MatrixGains
+from lure.analysis.counterexamples.channel_gains import GainSearch, LateGains, MatrixGains
 from lure.analysis.counterexamples.channel_orbits import MemoryLoop, memory_proofs, near_fold, proofs
 from lure.analysis.counterexamples.channel_ramps import MovingParameters, RampedGains
 from lure.analysis.counterexamples.channel_samples import SampledOrbits

@@ -6,8 +6,7 @@ import re
 import pytest
 
 from lure.analysis.explore import runtime as runtimes
-from lure.analysis.explore.build import packages, page_text
-from lure.analysis.explore.compiled import with_bytecode
+from lure.analysis.explore.build import packages, page_text, with_bytecode
 from lure.analysis.explore.runtime import asset, content
 
 
@@ -18,7 +17,7 @@ def fetched(monkeypatch, tmp_path):
     kept.mkdir()
     (kept / "pyodide.mjs.js").write_text(asset("pyodide.mjs", b"export {}"), encoding="ascii")
     monkeypatch.setattr("lure.analysis.explore.build.runtime", lambda: kept)
-    monkeypatch.setattr("lure.analysis.explore.compiled._node", lambda: None)
+    monkeypatch.setattr("lure.analysis.explore.build._node", lambda: None)
     return kept
 
 
@@ -64,7 +63,7 @@ def test_the_archive_holds_the_checkers_and_no_drawings():
 
 @pytest.mark.parametrize("node", [None, ["false"], ["no-such-command"]])
 def test_without_node_the_package_is_handed_over_as_sources(fetched, monkeypatch, node):
-    monkeypatch.setattr("lure.analysis.explore.compiled._node", lambda: node)
+    monkeypatch.setattr("lure.analysis.explore.build._node", lambda: node)
     handed = with_bytecode(b"sources", fetched)
     assert [(name, content(text)) for name, text in handed.items()] == [("core.zip.js", b"sources")]
     assert [path.name for path in fetched.parent.iterdir()] == ["kept"]  # nothing unfinished is kept

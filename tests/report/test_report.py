@@ -21,9 +21,9 @@ from lure.analysis.report import ContradictionError
 from lure.analysis.report.html import format_number, prose
 from lure.analysis.report.parts import to_json
 from lure.analysis.rod.report import build, build_report, document, write_report
-from lure.analysis.rod.report.claims import claims
 from lure.analysis.rod.report.document import exact_text
 from lure.analysis.rod.report.figures import specs as figure_specs
+from lure.analysis.rod.report.model import claims
 from lure.analysis.rod.report.output import page
 from lure.analysis.verdict import Verdict
 from lure.rod import Scenario, builtin_system, builtin_systems

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lure import InputError
 from lure.analysis.rod.comparison import SCHEME_METHODS, integrate
-from lure.analysis.rod.comparison.equations import BAND, SchemeEquations
+from lure.analysis.rod.comparison.legs import BAND, SchemeEquations
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Rod, Scenario, builtin_system, upwind
 from lure.rod.systems import paper_rod, rod_from_exact

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from motions import other_rod, unit_rod
 
 from lure.analysis.rod.confirmation.follow import MOST_TRIPS, closed_form_error, flight_after, follow, ringing
-from lure.analysis.rod.confirmation.rest import initial_zeta, rest_of_rod, rest_of_scheme
+from lure.analysis.rod.confirmation.rod_side import initial_zeta, rest_of_rod, rest_of_scheme
 from lure.analysis.rod.simulation import simulate
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.motion import exact_motion, motion_windows

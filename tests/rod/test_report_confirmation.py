@@ -15,8 +15,8 @@ from lure.analysis.rod.confirmation import confirm
 from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod
 from lure.analysis.rod.report import build, build_report, document
-from lure.analysis.rod.report.claims import claims
 from lure.analysis.rod.report.document import _growth, _order, confirmation_data, confirmation_sentence
+from lure.analysis.rod.report.model import claims
 from lure.analysis.rod.report.output import page
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.trajectory import compared
@@ -74,7 +74,7 @@ def test_the_package_hands_out_claims_and_the_report_on_a_loop():
 
     for name in ("build_loop_report", "write_loop_report", "LoopReport"):
         assert getattr(lure.analysis.report, name) is getattr(lure.analysis.report.loop, name)
-    assert lure.analysis.rod.report.claims is claims
+    assert lure.analysis.rod.report.model is claims
     claim = lure.analysis.rod.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED)
     assert claim.criterion is None
 

@@ -9,8 +9,7 @@ from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
-from lure.analysis.rod.comparison.equations import SchemeEquations
-from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, ScipyMethod, cvode_leg, scipy_leg
+from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, SchemeEquations, ScipyMethod, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.arrays import Reals as Array

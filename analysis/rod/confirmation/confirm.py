@@ -7,9 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from lure.analysis.rod.confirmation.rest import rest_of_scheme
 from lure.analysis.rod.confirmation.result import Confirmation, Curves, Kind, Quantity, Side
-from lure.analysis.rod.confirmation.rod_side import contradictions_of_rest, contradictions_of_rod, rod_side
+from lure.analysis.rod.confirmation.rod_side import (
+    contradictions_of_rest,
+    contradictions_of_rod,
+    rest_of_scheme,
+    rod_side,
+)
 from lure.analysis.rod.simulation import Trajectory, simulate
 from lure.errors import AssumptionError, InputError
 from lure.expressions import Expression

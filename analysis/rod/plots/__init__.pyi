@@ -1,7 +1,4 @@
 from lure.analysis.rod.plots.animation import animate as animate
-from lure.analysis.rod.plots.assembly import plot_assembly_contacts as plot_assembly_contacts
-from lure.analysis.rod.plots.assembly import plot_assembly_ends as plot_assembly_ends
-from lure.analysis.rod.plots.assembly import plot_assembly_energy as plot_assembly_energy
 from lure.analysis.rod.plots.comparison import plot_both_decays as plot_both_decays
 from lure.analysis.rod.plots.comparison import plot_both_ends as plot_both_ends
 from lure.analysis.rod.plots.comparison import plot_comparison as plot_comparison
@@ -11,6 +8,9 @@ from lure.analysis.rod.plots.frequency import plot_damping as plot_damping
 from lure.analysis.rod.plots.frequency import plot_rod_nyquist as plot_rod_nyquist
 from lure.analysis.rod.plots.frequency import plot_rod_popov as plot_rod_popov
 from lure.analysis.rod.plots.frequency import plot_spectrum as plot_spectrum
+from lure.analysis.rod.plots.motion import plot_assembly_contacts as plot_assembly_contacts
+from lure.analysis.rod.plots.motion import plot_assembly_ends as plot_assembly_ends
+from lure.analysis.rod.plots.motion import plot_assembly_energy as plot_assembly_energy
 from lure.analysis.rod.plots.motion import plot_convergence as plot_convergence
 from lure.analysis.rod.plots.motion import plot_decay as plot_decay
 from lure.analysis.rod.plots.motion import plot_end_motion as plot_end_motion

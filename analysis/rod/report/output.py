@@ -14,10 +14,9 @@ from lure.analysis.report.diagram import block_diagram, nonlinearity_graph
 from lure.analysis.report.html import glyphs, inline, shown, template
 from lure.analysis.report.parts import LADDER, Figure, Json, Section, write_files
 from lure.analysis.report.pdf import embedded, printed_diagram
-from lure.analysis.rod.report.claims import Claim, claims, merged
 from lure.analysis.rod.report.document import document
 from lure.analysis.rod.report.figures import figures
-from lure.analysis.rod.report.model import StabilityReport
+from lure.analysis.rod.report.model import Claim, StabilityReport, claims, merged
 from lure.nonlinearities.base import NormalCompliance
 
 # The report on a rod as one page of HTML: offline, without scripts, its numbers those of the JSON.
