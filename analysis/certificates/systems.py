@@ -58,8 +58,8 @@ def nonlinearity_entry(nonlinearity: object) -> dict[str, Any] | None:
 def system_of(block: object) -> dict[str, Any]:
     r"""The system of a certificate for a block, in ``sigma = H mu``, ``mu = -phi(sigma)``.
 
-    ``block``: the block.  Common factors of a transfer function are kept: they are hidden modes.  Entries of matrices
-    mean the doubles they are.
+    ``block``: a plant, a family of plants, or matrices, rational or with dead times.  Common factors of a transfer
+    function are kept: they are hidden modes.  Entries of matrices mean the doubles they are.
 
     Returns
     -------

@@ -416,6 +416,8 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
 def problem_of(loop: object) -> Problem:
     """The question about a loop: whether its class is stable, or without one how large a class may be.
 
+    ``loop``: a ``Problem``, a ``LoopSystem``, a ``Loop``, or anything that :func:`lure.plants.as_plant` takes.
+
     Raises
     ------
     InputError

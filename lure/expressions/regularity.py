@@ -143,7 +143,7 @@ def smooth(node: Node) -> bool:
 def hull(node: Node, low: End, high: End) -> tuple[End, End]:
     """Bounds of every value that a formula has for a variable between two ends; infinite where its form says nothing.
 
-    ``node``: the tree of the formula, in one variable.
+    ``node``: the tree of the formula, in one variable; ``low``, ``high``: the ends, infinite ones too.
 
     Examples
     --------
