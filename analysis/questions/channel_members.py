@@ -11,8 +11,7 @@ from typing import Any
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.systems import texts
 from lure.analysis.counterexamples.channel_gains import GainSearch
-from lure.analysis.counterexamples.flow_signals import Cut, followed
-from lure.analysis.counterexamples.gain_signals import MOST_CHANNELS, Loop, best_signals, moving, signals
+from lure.analysis.counterexamples.gain_signals import MOST_CHANNELS, Cut, Loop, best_signals, followed, moving, signals
 from lure.analysis.counterexamples.linear_members import DelayedMembers, Found, MemberSearch
 from lure.analysis.counterexamples.relu_rays import ReluRays
 from lure.analysis.deadline import checkpoint

@@ -17,8 +17,7 @@ from lure.analysis.numerics.evidence import Bracket, ends
 from lure.analysis.questions.channel_kinds import has_channels
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.decay_channels import LateChannels, SeveralChannels, about_words, accepted
-from lure.analysis.questions.decay_families import BoxOfChannels, BoxOfPlants
-from lure.analysis.questions.decay_one import CLOSE, OneChannel, require_known
+from lure.analysis.questions.decay_families import CLOSE, BoxOfChannels, BoxOfPlants, OneChannel, require_known
 from lure.analysis.questions.largest import UNFINISHED, Stopped
 from lure.analysis.questions.problem import class_given, loop_given, posed
 from lure.analysis.questions.two_sided import TwoSided

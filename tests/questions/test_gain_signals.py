@@ -24,7 +24,7 @@ from lure.analysis.certificates.second import signals as second_signals
 from lure.analysis.certificates.second.numerics import working_precision
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.signals import Flow
-from lure.analysis.counterexamples import flow_signals
+from lure.analysis.counterexamples import gain_signals
 from lure.analysis.counterexamples.gain_signals import Loop, signals
 from lure.analysis.questions import channel_members
 from lure.analysis.questions.channel_members import members_refuting
@@ -41,7 +41,7 @@ def shown_below(plant, classes, performance, **options):
     asked, *_ = gain_problem(plant, classes, performance)
     asked = replace(asked, **options)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(flow_signals, "_STEPS", (64, 64))  # 8 s; by default 50 s
+        patch.setattr(gain_signals, "_STEPS", (64, 64))  # 8 s; by default 50 s
         patch.setattr(channel_members, "_LONG", 240)
         alpha, shown = members_refuting(asked, most=math.inf)
     unit = F(asked.classes.classes[-1].sector.upper)

@@ -74,7 +74,7 @@ def test_the_package_hands_out_claims_and_the_report_on_a_loop():
 
     for name in ("build_loop_report", "write_loop_report", "LoopReport"):
         assert getattr(lure.analysis.report, name) is getattr(lure.analysis.report.loop, name)
-    assert lure.analysis.rod.report.model is claims
+    assert lure.analysis.rod.report.claims is claims
     claim = lure.analysis.rod.report.Claim(text="", model="rod", answer="agrees", evidence=Evidence.OBSERVED)
     assert claim.criterion is None
 
