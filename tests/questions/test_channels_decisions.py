@@ -216,8 +216,10 @@ def test_a_factor_that_was_the_largest_tried(share, against, limited, monkeypatc
     answer = channels._answer(asking(), criterion(), None, F(0))
     factor = F(channels.LARGEST) / share
     beyond = (factor * 2, member(GAINS)) if against else None
-    channel_bound(asking(), (factor, proof), beyond, [answer, answer])
+    first, last = (replace(answer, multiplier=one, parameters={"of": one}) for one in ("first", "last"))
+    channel_bound(asking(), (factor, proof), beyond, [first, last])
     assert [one.search_limited for one in made["answers"]] == [limited, False]
+    assert (made["multiplier"], made["parameters"]) == ("first", {"of": "first"})
     assert (made["critical"], made["criterion"], made["verdict"]) == (True, "circle", PROVED)
 
 

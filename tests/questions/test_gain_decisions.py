@@ -1,5 +1,6 @@
 """What a gain, an energy and a problem are asked of and told as, one decision at a time."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 from math import inf
 from types import SimpleNamespace
@@ -190,8 +191,10 @@ def test_what_a_gain_is_asked_of():
         with pytest.raises(InputError, match="no class of nonlinearities is given"):
             gain_problem(given, None, SEEN)
     wider = as_plant(([[-1]], [[1, 3]], [[1], [5]], [[0, 0], [0, 7]]))
-    problem, stated, _, beside = gain_problem(wider, UNIT, None)
-    assert (stated.Bw, stated.Cz, stated.Dzw, beside) == (((3,),), ((5,),), ((7,),), False)
+    open_ = replace(loop, block=wider, nonlinearity_class=None, performance=None)
+    for given, classes in ((wider, UNIT), (wider, [Sector(0, 1)]), (open_, [Sector(0, 1)])):
+        problem, stated, own, beside = gain_problem(given, classes, None)
+        assert (stated.Bw, stated.Cz, stated.Dzw, own, beside) == (((3,),), ((5,),), ((7,),), UNIT, False)
 
 
 # a state has names where matrices were given, and where there is none

@@ -271,6 +271,11 @@ def test_what_a_region_is_where_no_ellipsoid_is_found(ellipsoid, grown, everywhe
     assert one.area[1] is None if grown is None else 3.14159 < one.area[1] < 3.1416
 
 
+def test_time_is_that_of_the_plant():
+    plants = [None, SimpleNamespace(dt=None), SimpleNamespace(dt=F(1))]
+    assert [found(plant=plant).discrete for plant in plants] == [False, False, True]
+
+
 def test_a_plant_without_states_has_no_region():
     with pytest.raises(InputError, match="the plant has no states"):
         region("2", Saturation(gain=F(1, 4), limit=1))

@@ -1,5 +1,6 @@
 """What an analysis and its rows say, one decision at a time, of findings that are made up."""
 
+from contextlib import nullcontext
 from fractions import Fraction as F
 from math import inf
 from types import SimpleNamespace
@@ -286,12 +287,14 @@ def test_certificates_are_listed_once_each_that_of_the_verdict_first():
         ("1/(s+1)", OWN.constant_gain(0, 1), (0, 0), 0),
     ],
 )
-def test_what_an_analysis_asks(loop, given, lowers, beside, monkeypatch):
-    asked = []
+@pytest.mark.parametrize("stopped", [None, "time", "interrupt"])
+def test_what_an_analysis_asks(loop, given, lowers, beside, stopped, monkeypatch):
+    asked, limits = [], []
 
     def ask(problems, **_ways):
         asked.append(list(problems))
-        found = [bound(largest=Bracket(float(i), inf)) for i in range(len(problems)) if problems[i].kind != "class"]
+        ends = [float(i) for i, one in enumerate(problems) if one.kind != "class"]
+        found = [bound(largest=Bracket(end, inf), stopped=stopped if end == 2 else None) for end in ends]
         return found + [SimpleNamespace(conclusion="decided") for one in problems if one.kind == "class"]
 
     class Found:
@@ -299,6 +302,7 @@ def test_what_an_analysis_asks(loop, given, lowers, beside, monkeypatch):
             vars(self).update(given)
 
     monkeypatch.setattr(table, "answers", ask)
+    monkeypatch.setattr(table, "time_limit", lambda seconds: limits.append(seconds) or nullcontext())
     monkeypatch.setattr(table, "LoopAnalysis", Found)
     for name in ("_not_shown", "hints"):
         monkeypatch.setattr(table, name, lambda *_given: ())
@@ -316,6 +320,7 @@ def test_what_an_analysis_asks(loop, given, lowers, beside, monkeypatch):
     assert (found.conclusion == "decided") is (given is not None)
     assert [one.largest.low for one in found.rows] == [3, 2, 1, 0]
     assert (found.asked is None) is (given is None)
+    assert limits == [table.GRACE if stopped == "time" else None]  # where the time is over, a little for linear gains
 
 
 # answers -------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """What a steady response says, asks and refuses, one decision at a time, of findings that are made up."""
 
 from fractions import Fraction as F
+from functools import partial
 from math import inf
 from types import SimpleNamespace
 
@@ -337,3 +338,89 @@ def test_how_a_response_is_looked_for(given, verdict, dt, gain, asked, monkeypat
     else:
         assert (one.open_reason, one.response) == (asked, ())
     assert steady_response(plant, given).response == ()
+
+
+# beside a resonance of the loop with the input other gains are taken out: the first by which it is far enough from one
+@pytest.mark.parametrize(
+    ("resonances", "direct", "used"),
+    [
+        ([1e-2], 0, 0),
+        ([1e-4, 2e-4, 5e-3, 1e-2, 0.5], 0, 2),
+        ([1e-4, 2e-4, 3e-4, 9e-4, 4e-4], 0, 3),
+        ([1e-4], 1, 0),
+        ([1e-10, 1e-10, 1e-10, 1e-10, 1e-10], 0, None),
+        ([1e-10], 1, None),
+    ],
+)
+def test_a_gain_at_which_the_loop_does_not_resonate_is_taken_out(resonances, direct, used, monkeypatch):
+    made, solved, asked_at = [], [], []
+
+    def read(i, base):
+        return resonances[i] if base == 2 / 6 else 1.0
+
+    def around(_H, _performance, _known, gains):
+        one = SimpleNamespace(gains=gains, D=np.array([[direct]]), size=lambda omega: asked_at.append(omega) or 2.0)
+        one.resonance = partial(read, len(made))
+        made.append(one)
+        return one
+
+    monkeypatch.setattr(steady, "ForcedLoop", SimpleNamespace(around=around))
+    monkeypatch.setattr(steady, "solutions", lambda loop, _wave: solved.append(loop) or ())
+    asked = SimpleNamespace(H=None, performance=None, known=(Saturation(gain=2, limit=1),))
+    asked.forcing = Forcing.given({"amplitude": 1, "constant": 0, "omega": [2]})
+    found = list(steady._tried(asked))
+    assert found == ([] if used is None else [(1, [], "")])
+    assert solved == ([] if used is None else [made[used]])
+    shares = [0, F(1, 20), F(1, 2), F(-1, 20), 2][: len(resonances)]
+    assert [one.gains for one in made] == [[(1 + share,) * 2] for share in shares]
+    assert asked_at == [pytest.approx(2 * 1.2937)] * (len(resonances) > 1)
+    asked.forcing = Forcing.given({"constant": 1})
+    assert list(steady._tried(asked)) == []
+
+
+# two that exist: one that repeats after several periods alone shows it, else the first and one that is apart from it
+@pytest.mark.parametrize(
+    ("shown", "said"),
+    [
+        ([], ""),
+        ([("a", False)], ""),
+        ([("a", False), ("b", False)], "a b"),
+        ([("a", False), ("a", False)], ""),
+        ([("a", False), ("b", False), ("c", False)], "a c"),
+        ([("a", False), ("b", True), ("c", False)], "b None"),
+        ([None, ("a", False), ("b", False)], "a b"),
+    ],
+)
+def test_of_two_responses_it_is_said_that_they_exist(shown, said, monkeypatch):
+    def existing(_loop, found):
+        if found is None:
+            return None
+        name, subharmonic = found
+        return SimpleNamespace(name=name, subharmonic=subharmonic, apart=lambda other: other.name != name)
+
+    loop = SimpleNamespace(D=np.array([[1.0]]), resonance=lambda _base: 1.0)
+    monkeypatch.setattr(steady, "ForcedLoop", SimpleNamespace(around=lambda *_given: loop))
+    monkeypatch.setattr(steady, "solutions", lambda *_given: shown)
+    monkeypatch.setattr(steady, "existing", existing)
+    monkeypatch.setattr(steady, "multiplier", lambda *_given: 0.5)
+    monkeypatch.setattr(steady, "_row", lambda _loop, found, one, largest: None if found is None else found[0])
+    monkeypatch.setattr(steady, "_both", lambda row, other: f"{row} {other}")
+    asked = SimpleNamespace(H=None, performance=None, known=(Saturation(gain=2, limit=1),))
+    asked.forcing = Forcing.given({"amplitude": 1, "omega": [2]})
+    ((done, rows, told),) = steady._tried(asked)
+    assert (done, told) == (1, said)
+    assert rows == [None if one is None else one[0] for one in shown]
+
+
+# what nothing shows is computed alone
+@pytest.mark.parametrize("largest", [0.5, inf])
+def test_one_solution_is_a_row(largest):
+    wave = SimpleNamespace(omega=F(2), periods=3)
+    found = SimpleNamespace(wave=wave, peak=0.5, count=8, missed=0.25)
+    one = steady._row(SimpleNamespace(channels=2), found, None, largest)
+    assert (one.evidence, one.amplitude, one.error, one.residual) == (COMPUTED, Bracket(0, inf), inf, 0.25)
+    assert (one.sigma, one.multiplier, one.alone) == ((Bracket(0, inf),) * 2, None if largest == inf else 0.5, False)
+    band = SimpleNamespace(z=Bracket(1, 2), sigma=(Bracket(3, 4),), error=0.125, residual=0.0625)
+    shown = steady._row(SimpleNamespace(channels=1), found, band, alone=True)
+    assert (shown.evidence, shown.amplitude, shown.error, shown.residual) == (CERTIFIED, band.z, 0.125, 0.0625)
+    assert (shown.periods, shown.harmonics, shown.computed, shown.alone) == (3, 8, 0.5, True)

@@ -6,13 +6,14 @@ from types import SimpleNamespace
 import pytest
 from worded import PLAIN, shown
 
-from lure import NonlinearityClass, RationalPlant, Saturation, Sector
+from lure import NonlinearityClass, RationalPlant, Saturation, Sector, as_plant
 from lure.analysis import wording
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.checker import CONVERGES, MOVES, SLOPED
 from lure.analysis.certificates.drafts import Failure
 from lure.analysis.questions import conclusion as concluding
 from lure.analysis.questions import max_sector
+from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import (
     Certification,
     Conclusion,
@@ -28,7 +29,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.verdict import Evidence, Verdict
 from lure.analysis.wording import class_words, counterexample, destroys
 from lure.classes import FULL_BLOCK
-from lure.nonlinearities import DeadZone, Quantiser
+from lure.nonlinearities import DeadZone, PiecewiseLinear, Quantiser
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
 COMPOSED = next(one.name for one in concluding.TABLE if one.composed)
@@ -558,3 +559,19 @@ def test_what_slopes_show_is_not_assumed(direct, phi, theorem, said):
         assert said in found.reason
     else:
         assert (found.verdict, found.assumed) == (PROVED, ())
+
+
+# slopes of 2 and more, of which 1 - slope/2 is 0 or below: sigma - phi(sigma)/2 is constant on a piece
+def test_a_graph_that_is_constant_on_a_piece_has_no_one_solution():
+    steep = PiecewiseLinear([(0, 0), (1, 4)], left_slope=2, right_slope=2)
+    assert concluding._takes_a_value_twice(steep, shown(system={"kind": "state-space", "d": "-1/2"}))
+    assert not concluding._takes_a_value_twice(steep, shown(system={"kind": "state-space", "d": "-1"}))
+
+
+def test_members_of_several_classes_are_said_in_the_plural():
+    plant = as_plant(([[-1, 0], [0, -1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]))
+    asked = channel_problem(plant, [Saturation(gain=1, limit=1)] * 2)
+    proof = shown(laws=dict(asked.class_entry), system=dict(asked.system), multiplier={})
+    proof.assumed = ""
+    found = concluding._proved(asked, proof, shown())
+    assert "classes to which these are checked to belong, by the criterion circle (certified)." in found.sentence
