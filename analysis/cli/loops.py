@@ -60,7 +60,7 @@ def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> li
         return _factors(found)
     proved, refuted = found.verdict is Verdict.PROVED, found.verdict is Verdict.REFUTED
     said = [_claim(found)]
-    if found.witness is not None and found.refuted_at is not None:
+    if found.witness is not None:
         if refuted:
             said = [f"{said[0][:-1]}: {refutation(found.trivial or found.witness)}."]
             if found.trivial is not None:

@@ -275,7 +275,7 @@ class StabilityBound(Record):
             head = f"Not proved; the inequality of {self.criterion} holds for {span} ({self.evidence})"
         else:
             head = f"Nothing is proved for {self.about} [{start}, k]"
-        tail = f"; {self.witness}" if self.witness is not None and self.refuted_at is not None else ""
+        tail = f"; {self.witness}" if self.witness is not None else ""
         if self.trivial is not None:
             tail = f"; {self.trivial}; from k = {self.witness_text} on also {self.witness}"
         told = self.closed or self.witness is None or self.verdict is Verdict.REFUTED
@@ -295,7 +295,7 @@ class StabilityBound(Record):
             )
         elif self.verdict is Verdict.INCONCLUSIVE:
             parts.append(f"Nothing is proved for any factor ({self.reason})")
-        if self.witness is not None and self.refuted_at is not None:
+        if self.witness is not None:
             alone = self.classes is not None and self.classes.rectified
             at = f"{'at' if alone else 'within'} {self.refuted_text} times"
             whole = "members whatever the factor" if self.refuted_at == 0 else at

@@ -69,7 +69,6 @@ BEGIN = "Linear gains in (0.1, 1) and (0.1, 1) are stable; begin the class there
     [
         ({"witness": ORBIT, "refuted_at": 5.0}, None, [FIRST, AGAINST, GAP, LIMIT]),
         ({"witness": ORBIT, "refuted_at": 5.0, "closed": True}, None, [FIRST, AGAINST, LIMIT]),
-        ({"witness": ORBIT}, None, [FIRST, LIMIT]),
         ({"refuted_at": 5.0}, None, [FIRST, LIMIT]),
         (
             {"witness": ORBIT, "refuted_at": 5.0, "verdict": OPEN, "largest": Bracket(0, 0)},

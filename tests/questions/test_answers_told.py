@@ -13,7 +13,7 @@ from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import Failure
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.numerics.doubles import double_above
-from lure.analysis.questions import advice, answers, largest, max_sector, table
+from lure.analysis.questions import advice, answers, largest, max_sector, problem, table
 from lure.analysis.questions.answers import ContradictionError
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.conclusion import MismatchError
@@ -22,6 +22,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.search import Attempts, Findings
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict, Witness
 from lure.classes import Diagonal
+from lure.plants.block import StructuredPlant
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
 OWN = NonlinearityClass
@@ -160,6 +161,29 @@ def test_a_property_is_possible_until_it_is_shown_not_to_be(provenance, slopes, 
     monkeypatch.setattr(nonlinearities, "properties", lambda _one: known)
     names = ("time-invariance", "slope bounds", "slope bounds and oddness")
     assert [advice._possible(name, "a phi") for name in names] == found
+
+
+class Named(StructuredPlant):
+    """A plant with a name."""
+
+    name, order = "the rod", None
+
+    def transfer(self, s):
+        """Nothing."""
+        return 0 * s
+
+    def certificate_system(self):
+        """Of no kind."""
+        return {"kind": "rod"}
+
+
+def test_a_plant_with_a_name_is_asked_about_as_it_is():
+    plant = Named()
+    found = problem._parts(plant, discretised=False)
+    assert (found[0] is plant, found[1:]) == (True, (None, problem._EVERY))
+    assert problem.plant_given(plant) is plant
+    assert Problem.about(plant, OWN(sector=Sector(0, 1))).subject == "the rod"
+    assert Problem.about(LAG, OWN(sector=Sector(0, 1))).subject == ""
 
 
 # answers --------------------------------------------------------------------------------------------------------------
