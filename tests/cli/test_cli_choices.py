@@ -338,6 +338,13 @@ class Limit:
         return "From 9 on."
 
 
+def test_limits_are_refused_before_anything_is_searched(lure, monkeypatch):
+    monkeypatch.setattr(questions, "max_slope", lambda _block, **_given: bound())
+    sampled = ("max-slope", "--transfer", "1/(z+0.5)")
+    assert "--limits is for rational blocks" in lure(*sampled, "--limits")[2]
+    assert lure(*sampled)[0] == 0
+
+
 def test_limits_are_of_rational_blocks_in_continuous_time():
     loops._check_limits(RationalPlant([1], [1, 1]))
     for block in (RationalPlant([1], [1, 1], 1), StateSpace([[-1]], [1], [1])):

@@ -78,6 +78,8 @@ def test_a_time_allowed_is_positive_and_finite(seconds):
         ("exp(-s)/(s+1)", [Sector(0, 1)], True, 1),
         (([1], [1, 1]), Sector(0, 2), False, 2),
         (builtin_loop("dead-zone"), None, False, None),
+        ("1/(s+1)", "tanh(sigma)", False, None),
+        (builtin_loop("dead-zone"), Sector(0, 2), False, 2),
     ],
 )
 def test_what_certify_asks(loop, given, several, upper, monkeypatch):

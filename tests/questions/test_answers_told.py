@@ -193,6 +193,8 @@ def test_without_rows_or_failures_no_criterion_serves():
     found = answers.certification_of(Attempts(Problem.about(THIRD, OWN(sector=Sector(0, 7)))), [])
     assert (found.code, found.detail) == (codes.NOT_APPLICABLE, "all: no criterion serves such a class")
     assert [one.search for one in found.failures] == ["all"]
+    known = Attempts(Problem.about(THIRD, OWN(sector=Sector(0, 7))), [], found)
+    assert answers.certification_of(known, [row(2)] * 2) is found
 
 
 # of one channel with rows beside it the rows say why; a class without a lower end and several channels ask the searches
@@ -311,6 +313,9 @@ def test_the_class_that_is_concluded_about():
     found = answers._concluded(asked, result(reason="why"), None)
     assert found.headline == "Nothing is decided for odd phi with slope in [0, inf)."
     assert (found.evidence, found.reason) == (Evidence.COMPUTED, "why")
+    for low, end in ((1.0, "[1, inf)"), (0.5, "[1, inf)"), (2.0, "[1, 2]")):  # what is proved ends at the lower end
+        nothing = answers._concluded(Problem.largest(LAG, "sector", lower=F(1)), result(PROVED, low, inf), None)
+        assert nothing.headline == f"Nothing is decided for phi, time-invariant, in the sector {end}."
     proof = max_sector(LAG, criterion="circle", lower=1).proof
     about = Problem.largest(LAG, "sector", lower=F(1))
     for low, end in ((3.0, "[1, 3]"), (inf, "[1, inf)")):
