@@ -57,11 +57,11 @@ sys.exit(os.waitstatus_to_exitcode(status))
 """
 
 
-def verdict(path):
-    """Status, stdout and stderr of the checker as a script, within the limit of memory."""
+def verdict(*paths):
+    """Status, stdout and stderr of the checker as a script for some files, within the limit of memory."""
     said, say = os.pipe()
     run = subprocess.Popen(
-        [sys.executable, "-I", "-c", START, str(say), str(CHECKER), str(path)],
+        [sys.executable, "-I", "-c", START, str(say), str(CHECKER), *map(str, paths)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -80,11 +80,16 @@ def verdict(path):
     return run.returncode, out, err
 
 
-def assert_refused(path, *statuses):
-    status, out, err = verdict(path)
-    assert (err, out.count("\n")) == ("", 1)
-    assert (status, out.split(":")[0]) in [(2, "NOT A CERTIFICATE"), (11, "REJECTED")]
-    assert status in (statuses or (2, 11))
+SAID = {2: "NOT A CERTIFICATE", 11: "REJECTED"}
+
+
+def assert_refused(*paths, statuses=None):
+    """Each by one line; all in one process, which so needs at least as much memory as any of them."""
+    status, out, err = verdict(*paths)
+    said = [line.split(":")[0] for line in out.splitlines()]
+    assert (err, len(said), set(said) - {*SAID.values()}) == ("", len(paths), set())
+    assert SAID[status] in said
+    assert statuses is None or said == [SAID[one] for one in statuses]
 
 
 def filled(pattern, first=b"[", last=b"[]]"):
@@ -128,27 +133,31 @@ WHOLE_FILES = {
 
 
 @pytest.mark.parametrize("name", WHOLE_FILES)
-def test_what_is_no_certificate_is_refused_in_one_line(tmp_path, name):
+def test_what_is_no_certificate_is_refused_soon(name):
     whole = WHOLE_FILES[name]()
-    (tmp_path / "file").write_bytes(whole)
-    assert_refused(tmp_path / "file", 2)
     with counted() as work, pytest.raises(Malformed):
         check(whole)
     assert work.calls < CALLS
 
 
+def test_a_process_refuses_what_is_no_certificate_within_its_memory(tmp_path):
+    for name, made in WHOLE_FILES.items():
+        (tmp_path / name).write_bytes(made())
+    assert_refused(*(tmp_path / name for name in WHOLE_FILES), statuses=[2] * len(WHOLE_FILES))
+
+
 def test_a_gigabyte_is_not_read(tmp_path):
     (tmp_path / "file").touch()
     os.truncate(tmp_path / "file", 2**30)
-    assert_refused(tmp_path / "file", 2)
+    assert_refused(tmp_path / "file", statuses=[2])
 
 
 def test_what_is_no_ordinary_file_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "endless").symlink_to("/dev/zero")
-    for path in ("", "pipe", "loop", "endless", "missing", "missing\nline"):
-        assert_refused(tmp_path / path, 2)
+    paths = [tmp_path / path for path in ("", "pipe", "loop", "endless", "missing", "missing\nline")]
+    assert_refused(*paths, statuses=[2] * len(paths))
 
 
 def test_a_mark_of_the_encoding_changes_nothing(tmp_path):
@@ -221,14 +230,18 @@ def flow(**parts):
 
 
 @pytest.mark.parametrize("name", HUGE)
-def test_parts_out_of_proportion_are_refused_soon(tmp_path, name):
+def test_parts_out_of_proportion_are_refused_soon(name):
     status, made = HUGE[name]
     text = json.dumps(made())
-    (tmp_path / "file").write_text(text)
-    assert_refused(tmp_path / "file", status)
     with counted() as work, pytest.raises(Malformed if status == 2 else Rejected):
         check(text)
     assert work.calls < CALLS
+
+
+def test_a_process_refuses_parts_out_of_proportion_within_its_memory(tmp_path):
+    for name, (_, made) in HUGE.items():
+        (tmp_path / name).write_text(json.dumps(made()))
+    assert_refused(*(tmp_path / name for name in HUGE), statuses=[status for status, _ in HUGE.values()])
 
 
 # Legal, and too much work for the time allowed.  Coefficients with 4000 digits, orders to ORDER.

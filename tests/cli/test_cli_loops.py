@@ -374,6 +374,7 @@ def test_analyse_takes_settings_and_prints_a_table_or_json(lure, tmp_path):
     assert names(tmp_path) == ["plant.toml"]
 
 
+@pytest.mark.usefixtures("sketched")
 def test_report_writes_the_page_on_a_loop(lure, tmp_path):
     (tmp_path / "plant.toml").write_text(PLANT + "[class]\nsector = [0, 5]\n")
     status, out, err = lure("report", "plant.toml", "--set", "plant.num=[2]")

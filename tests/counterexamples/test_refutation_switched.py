@@ -5,6 +5,7 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
+from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -59,7 +60,7 @@ def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
     assert switched_witness(block).k == pytest.approx(math.pi / 2 * 4.0004e-4, rel=1e-3)
 
 
-@settings(max_examples=15)
+@settings(max_examples=sampled(6, of=15))
 @given(
     rates=st.lists(st.floats(0.2, 3), min_size=1, max_size=2),
     damping=st.floats(0.02, 0.9),

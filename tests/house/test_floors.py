@@ -74,7 +74,8 @@ def imported(tree, package=""):
             home = ".".join(filter(None, [package if node.level else "", node.module]))
             names = [f"{home}.{alias.name}" for alias in node.names if alias.name != "__version__"]
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            names = [node.value] if re.fullmatch(r"lure(\.\w+)+(:\w+)?", node.value) else []
+            known = node.value.startswith("lure.") and re.fullmatch(r"lure(\.\w+)+(:\w+)?", node.value)
+            names = [node.value] if known else []
         yield from (module_of(name.replace(":", ".")) for name in names if name.split(".")[0] == "lure")
 
 

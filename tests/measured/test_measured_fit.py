@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from depth import sampled
+from depth import rarely, sampled
 from measuring import compliance_data, covers
 
 from lure import AssumptionError, InputError
@@ -43,7 +43,7 @@ def test_the_truth_lies_in_the_stated_box_in_95_of_100_sets(m, kind):
     assert (alone >= {20: 16, 100: 88}[count]).all()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", rarely(range(4), 1, 2))
 def test_a_few_sets_of_the_same(seed):
     data, truth = compliance_data([8, seed], noise=NOISE[3 * seed])
     fit = fit_compliance(data)
@@ -157,7 +157,7 @@ def test_a_load_that_grows_exponentially_is_refused_in_a_sentence():
         fit_compliance(Measurements.from_arrays(z, 1e-9 * np.exp(z / 1e-8)))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", rarely(range(6), 2, 3, 4, 5))
 def test_nanometres_and_nanonewtons_overflow_nowhere(seed):
     random = np.random.default_rng(seed)
     z = np.linspace(-random.uniform(50, 300), random.uniform(5, 60), 150) * 1e-9

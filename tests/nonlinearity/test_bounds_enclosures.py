@@ -74,9 +74,16 @@ def held(m, t):
     return total
 
 
-@pytest.mark.parametrize(("name", "tree"), TREES, ids=NAMES)
 @pytest.mark.parametrize(
-    ("end", "side"), [(Fraction(0), 1), (Fraction(0), -1), (math.inf, -1), (-math.inf, 1), (Fraction(2), 1)]
+    ("end", "side", "name", "tree"),
+    [
+        pytest.param(*end, *tree, marks=[pytest.mark.thorough] * ((row + column) % 5 not in (0, 2)))  # two of each tree
+        for column, end in enumerate(
+            [(Fraction(0), 1), (Fraction(0), -1), (math.inf, -1), (-math.inf, 1), (Fraction(2), 1)]
+        )
+        for row, tree in enumerate(TREES)
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_an_expansion_holds_every_value_of_its_stretch(name, tree, end, side):
     source = random.Random(name)

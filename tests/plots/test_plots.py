@@ -82,15 +82,6 @@ def test_a_plot_labels_both_axes_and_says_the_units(draw, ax):
     assert "[" in ax.get_ylabel() or ax.get_ylabel().startswith("share")
 
 
-@pytest.mark.parametrize("draw", DRAWINGS.values(), ids=DRAWINGS)
-def test_a_plot_leaves_the_settings_of_matplotlib_and_pyplot_alone(draw):
-    before = dict(mpl.rcParams)
-    draw(ax=Figure().add_subplot())
-    render(draw, name="x")
-    assert dict(mpl.rcParams) == before
-    assert pyplot.get_fignums() == []
-
-
 def test_without_axes_a_new_figure_is_made():
     axes = plot_spectrum(SCHEME)
     assert pyplot.get_fignums() == [axes.figure.number]
@@ -98,8 +89,12 @@ def test_without_axes_a_new_figure_is_made():
 
 
 @pytest.mark.parametrize("draw", DRAWINGS.values(), ids=DRAWINGS)
-def test_a_picture_is_the_same_whatever_the_settings(draw):
+def test_a_picture_is_the_same_whatever_the_settings_and_leaves_them_alone(draw):
+    before = dict(mpl.rcParams)
+    draw(ax=Figure().add_subplot())
     first = render(draw, name="x")
+    assert dict(mpl.rcParams) == before
+    assert pyplot.get_fignums() == []
     with mpl.rc_context({"font.size": 30, "lines.linewidth": 9, "axes.facecolor": "red", "svg.hashsalt": "other"}):
         second = render(draw, name="x")
     assert first == second
@@ -206,7 +201,7 @@ def test_the_damping_of_scheme_and_rod_is_that_of_the_spectrum(ax):
 @pytest.mark.parametrize(
     ("damping", "cells"),
     [
-        pytest.param(damping, cells, marks=[pytest.mark.thorough] * ((row + column) % 3 > 0))  # a Latin square
+        pytest.param(damping, cells, marks=[pytest.mark.thorough] * (row % 2 or (row + column) % 3 > 0))
         for row, damping in enumerate([Fraction(-1, 2), -2, 0, Fraction(1, 10**6), 1, 3, 10**6])
         for column, cells in enumerate([1, 2, 300])
     ],

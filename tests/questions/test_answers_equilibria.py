@@ -41,9 +41,8 @@ def about(block, nonlinearity_class, nonlinearity=None):
 @pytest.mark.parametrize(
     ("nonlinearity", "dt"),
     [
-        (
-            ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)),
-            None,
+        pytest.param(
+            ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2)), None, marks=pytest.mark.slow
         ),  # 2 + sin^2 + sigma sin(2 sigma)
         # 3 at sigma = 1, 2 at sigma = 2, and beyond it 1.1 sigma: three solutions for 2 < y < 3
         (PiecewiseLinear([(0, 0), (1, 2), (2, 0)], left_slope=0, right_slope="0.1"), 1),

@@ -100,14 +100,17 @@ def test_a_circle_criterion_that_always_says_proved_proves_nothing_false(monkeyp
     assert asked(THIRD, sector(0, Fraction(133, 100)), "circle").verdict is Verdict.PROVED
 
 
+@pytest.fixture(scope="module")
+def honest():
+    return zames_falb_discrete.zames_falb_discrete_criterion(MASS, SlopeBounds(0, Fraction(1, 2)), odd=False)
+
+
 @pytest.mark.parametrize(
     "taps",
     [{}, {"1": "nan"}, {"1": "2"}, {"0": "1/2"}, {"x": "1"}, {"-1": "-1/2"}, [["1", "2"]], {"1": "1/2", "-1": "1/2"}],
 )
-def test_multipliers_out_of_thin_air_prove_nothing(monkeypatch, taps):
+def test_multipliers_out_of_thin_air_prove_nothing(monkeypatch, honest, taps):
     # slopes in [0, 0.95] of example 6 have an orbit of period 3
-    honest = zames_falb_discrete.zames_falb_discrete_criterion(MASS, SlopeBounds(0, Fraction(1, 2)), odd=False)
-
     def always(_block, bounds, **_options):
         nonlinearity_class = NonlinearityClass.slope_restricted(bounds.lower, bounds.upper)
         return replace(honest, verdict=Verdict.PROVED, parameters={"taps": taps}, nonlinearity_class=nonlinearity_class)

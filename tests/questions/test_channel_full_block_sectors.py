@@ -35,7 +35,7 @@ def both_sides(rows, classes, dt=None):
 @pytest.mark.parametrize(
     ("rows", "low", "dt", "limit"),
     [
-        ([["1/(s+1)^3", "0"], ["0", "1/(s+1)^3"]], 0, None, 4),
+        pytest.param([["1/(s+1)^3", "0"], ["0", "1/(s+1)^3"]], 0, None, 4, marks=pytest.mark.thorough),
         ([["1/(2*z-1)", "0"], ["0", "1/(2*z-1)"]], 0, 1, 3),
         ([["0", "1/(s+1)"], ["-1/(s+1)", "0"]], -1, None, 1),
     ],

@@ -1,7 +1,10 @@
 """Norm-bounded operators in several channels: both sides of the largest factor against values known otherwise."""
 
+from itertools import product
+
 import numpy as np
 import pytest
+from depth import rarely
 
 from lure import Diagonal, InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
 from lure.analysis.certificates.second.opinion import recheck
@@ -18,8 +21,7 @@ def largest_singular_value(plant, points):
 
 
 # one block alone: the small gain theorem is sharp, |Delta| < 1/||H||, for any causal operator and for linear ones
-@pytest.mark.parametrize("one", [ANY, INVARIANT])
-@pytest.mark.parametrize("dt", [None, 1])
+@pytest.mark.parametrize(("dt", "one"), rarely(product((None, 1), (ANY, INVARIANT)), (None, ANY), (1, INVARIANT)))
 def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one, dt):
     A = [[-0.4, -1.0], [1.0, -0.2]] if dt is None else [[0.5, -0.6], [0.6, 0.2]]
     plant = as_plant((A, [[1, 0.5], [0, 1]], [[1, 0], [0.3, 1]], [[0, 0], [0, 0]]), dt=dt)
@@ -66,7 +68,7 @@ def test_time_invariant_operators_have_scalings_that_others_have_not():
 
 # delta I beside H: 1/max rho(H); H = [[1, 2], [0, 1/2]]/(s + 1) has the eigenvalue 1/(s + 1), of modulus 1 at 0, where
 # |H| is 2.29; in discrete time [[1, 2], [0, 1/2]]/(2 z + 1), of modulus 1 at z = -1
-@pytest.mark.parametrize(("below", "dt"), [("(s+1)", None), ("(2*z+1)", 1)])
+@pytest.mark.parametrize(("below", "dt"), rarely([("(s+1)", None), ("(2*z+1)", 1)], ("(2*z+1)", 1)))
 def test_one_scalar_operator_in_two_channels_reaches_the_inverse_of_the_spectral_radius(below, dt):
     plant = as_plant([[f"1/{below}", f"2/{below}"], ["0", f"1/(2*{below})"]], dt=dt)
     found = [max_sector(plant, Diagonal((one, one), repeated=True)) for one in (SCALAR, INVARIANT)]

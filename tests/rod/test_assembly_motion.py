@@ -106,7 +106,11 @@ ACROSS = rods("across-gap", rod("1/5"), rod(1, modulus=2, area=2), compliances=[
 @pytest.mark.parametrize(
     ("assembly", "data"),
     [
-        (THREE, (PULLED, Scenario.parse(velocity="-x", displacement="x/5"), Scenario.parse(velocity="sin(x)"))),
+        pytest.param(
+            THREE,
+            (PULLED, Scenario.parse(velocity="-x", displacement="x/5"), Scenario.parse(velocity="sin(x)")),
+            marks=pytest.mark.slow,
+        ),
         (BETWEEN, (PULLED,)),
         (ACROSS, (PULLED, Scenario.parse(velocity="sin(x)"))),
     ],

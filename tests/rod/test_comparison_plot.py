@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from depth import rarely
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
@@ -92,7 +93,9 @@ def test_a_rod_at_rest_can_be_drawn():
     assert below.get_ylabel() == "largest error [m]"
 
 
-@pytest.mark.parametrize(("kind", "magic"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
+@pytest.mark.parametrize(
+    ("kind", "magic"), rarely([("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")], ("pdf", b"%PDF"))
+)
 def test_files_are_of_their_kind_and_the_same_every_time(near, kind, magic):
     before, figures = pyplot.rcParams.copy(), pyplot.get_fignums()
     document = comparison_file(near, kind)

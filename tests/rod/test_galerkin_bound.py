@@ -57,7 +57,7 @@ def runs(draw):
 
 
 @given(run=runs(), speed=decades(-2, 2))
-@settings(max_examples=sampled(6, of=100))
+@settings(max_examples=sampled(4, of=100))
 def test_the_bound_is_never_violated_and_the_energy_balances(run, speed):
     T, run = run
     assert run.energy_residual < (1e-4 if run.method == "Radau" else 1e-6)

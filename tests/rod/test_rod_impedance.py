@@ -4,6 +4,7 @@ import json
 from fractions import Fraction
 
 import pytest
+from depth import rarely
 
 from lure import InputError
 from lure.analysis.rod.confirmation import confirmation
@@ -69,7 +70,10 @@ def test_files_and_settings_take_multiples_of_the_impedance():
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("damping", "status", "verdict"),
-    [("-1.19999999999999999", 11, "REFUTED"), ("-1.1999999999999997", 11, "REFUTED"), ("1e50", 0, "PROVED")],
+    rarely(
+        [("-1.19999999999999999", 11, "REFUTED"), ("-1.1999999999999997", 11, "REFUTED"), ("1e50", 0, "PROVED")],
+        ("-1.1999999999999997", 11, "REFUTED"),
+    ),
 )
 def test_reports_near_minus_the_impedance_and_far_from_it(lure, tmp_path, damping, status, verdict):
     found, _, err = lure("report", "paper-rod", "--set", f"rod.damping={damping}", "-o", "out", "-q")

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -69,8 +70,13 @@ def test_a_rod_flying_at_the_obstacle_is_stopped_by_the_impulse_that_brings_zeta
     assert contradictions(run) == ()
 
 
-@pytest.mark.parametrize("exponent", rarely([0.7, 1.0, 1.5, 2.0, 3.0], 2.0))
-@pytest.mark.parametrize("damping", [0.4, 3.0])
+@pytest.mark.parametrize(
+    ("damping", "exponent"),
+    rarely(
+        product((0.4, 3.0), (0.7, 1.0, 1.5, 2.0, 3.0)),
+        *((0.4, 1.0), (0.4, 2.0), (0.4, 3.0), (3.0, 0.7), (3.0, 1.5), (3.0, 2.0)),
+    ),
+)
 def test_contact_agrees_with_another_solver(exponent, damping):
     scheme = upwind(rod(exponent=exponent, damping=damping), 6)
     run = simulate(scheme, FLYING, until=6.0, samples=121)
@@ -81,11 +87,12 @@ def test_contact_agrees_with_another_solver(exponent, damping):
     assert contradictions(run) == ()
 
 
-@pytest.mark.parametrize("loads", DRIVEN.values(), ids=DRIVEN)
-@pytest.mark.parametrize("exponent", [1.0, 1.5])
+@pytest.mark.parametrize(
+    ("exponent", "loads"), rarely(product((1.0, 1.5), DRIVEN), *((1.5, name) for name in DRIVEN if name != "both"))
+)
 def test_loads_agree_with_another_solver(exponent, loads):
     scheme = upwind(rod(exponent=exponent), 5)
-    scenario = Scenario.parse(displacement="0.1*cos(x)", velocity="0.3", **loads)
+    scenario = Scenario.parse(displacement="0.1*cos(x)", velocity="0.3", **DRIVEN[loads])
     run = simulate(scheme, scenario, until=4.0, samples=81)
     assert disagreement(run, scheme, scenario) < 1e-8  # the reference steps over jumps and kinks
     assert run.energy_residual < 1e-10

@@ -141,6 +141,7 @@ def motion(block, nonlinearity, start, until):
     return found.y.T
 
 
+@settings(max_examples=sampled(5, of=1000))
 @given(st.data(), lurie_blocks(order=(1, 3)))
 def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, block):
     k = proved(max_sector(block))
@@ -159,7 +160,7 @@ def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, o
     assert not grows(motion(block, nonlinearity, starts(data, block.order), 80.0))
 
 
-@settings(max_examples=sampled(6, of=20))
+@settings(max_examples=sampled(4, of=20))
 @given(st.data(), lurie_blocks(order=(2, 3), critical=True))
 def test_critical_loops_stay_bounded_and_come_to_rest(data, block):
     k = proved(max_sector(block))
@@ -179,7 +180,7 @@ def test_the_measure_sees_growth():
     assert not grows(motion(block, lambda sigma: 7.9 * sigma, [0, 0, 1], 80.0))
 
 
-@settings(max_examples=sampled(6, of=20))
+@settings(max_examples=sampled(4, of=20))
 @given(
     monotone_graphs(30, scale=F(1, 10)),
     st.sampled_from(["0.3*sin(3*x)", "0.2 - x/5", "x*(1 - x)"]),
