@@ -69,13 +69,14 @@ def pytest_collection_modifyitems(config, items):
     Files with slow tests are next, so that at the end, where processes wait for each other, all tests are short.  Slow
     ones are left to `make slow`, those in a browser to `make explore-test`, and the pages to `make docs`.
     """
-    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    marks = {item: {mark.name for mark in item.iter_markers()} for item in items}
+    slow = {item.path for item in items if "slow" in marks[item]}
     items.sort(key=lambda item: (not item.path.stem.startswith("test_motion"), item.path not in slow))
     asked = config.getoption("markexpr")
-    elsewhere = [name for name in ("browser", "pages") if name not in asked]
+    elsewhere = {name for name in ("browser", "pages") if name not in asked}
     if not thorough():
-        elsewhere += [THOROUGH] + ["slow"] * ("slow" not in asked)
-    left = [item for item in items if any(item.get_closest_marker(name) for name in elsewhere)]
+        elsewhere |= {THOROUGH, "slow"} if "slow" not in asked else {THOROUGH}
+    left = [item for item in items if elsewhere & marks[item]]
     config.hook.pytest_deselected(items=left)
     gone = set(left)
     items[:] = [item for item in items if item not in gone]

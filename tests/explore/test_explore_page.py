@@ -118,7 +118,10 @@ def test_what_cannot_be_fetched_is_one_sentence_and_leaves_nothing(lure, here, m
     assert list((here / "cache/lure").iterdir()) == []
 
 
-@pytest.mark.parametrize(("found", "said"), [(None, "there is no pip"), (object(), "pip could not fetch")])
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [(None, "there is no pip"), pytest.param(object(), "pip could not fetch", marks=pytest.mark.slow)],
+)
 def test_a_wheel_that_cannot_be_fetched_is_one_sentence(lure, here, monkeypatch, found, said):
     monkeypatch.setenv("XDG_CACHE_HOME", str(here / "cache"))
     monkeypatch.setattr(runtimes, "_pyodide", lambda folder: folder)

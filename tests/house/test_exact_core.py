@@ -142,29 +142,28 @@ def test_a_sector_its_certificates_and_both_checkers_need_nothing_else():
 
 # s^3 + 2 s^2 + 2 s + 1 + k is stable for k < 3 (Routh: 2 * 2 > 1 + k); s^4 + 2 s^3 + 3 s^2 + (4 + k) s + 1 for
 # (2 - k)(4 + k) > 4, k < sqrt(5) - 1; z^2 - z/2 + 1/4 + k for k < 3/4 (Jury).
-@pytest.mark.parametrize(
-    ("plant", "criterion", "low", "refuted"),
-    [
-        ("([1], [1, 2, 2, 1])", "popov", 3 * (1 - 1e-8), 3.0),
-        ("([1, 0], [1, 2, 3, 4, 1])", "popov", 1.236067, 5**0.5 - 1),
-        ("'1/(z**2 - z/2 + 1/4)'", "jury-lee", 0.75 * (1 - 1e-8), 0.75),
-    ],
-)
-def test_a_slope_needs_nothing_else(plant, criterion, low, refuted):
-    text = without(
-        f"from lure.analysis import max_slope\nfound = max_slope({plant}, search='linear')\n"
-        "print(found.verdict, found.criterion, found.largest.low, found.refuted_at, found.evidence)"
-    )
-    verdict, by, reached, at, evidence = text.split()
-    assert (verdict, by, evidence) == ("PROVED", criterion, "certified")
-    assert low <= float(reached) < float(at) == pytest.approx(refuted, rel=1e-6)
+def test_slopes_need_nothing_else():
+    wanted = {
+        "([1], [1, 2, 2, 1])": ("popov", 3 * (1 - 1e-8), 3.0),
+        "([1, 0], [1, 2, 3, 4, 1])": ("popov", 1.236067, 5**0.5 - 1),
+        "'1/(z**2 - z/2 + 1/4)'": ("jury-lee", 0.75 * (1 - 1e-8), 0.75),
+    }
+    lines = without(
+        f"from lure.analysis import max_slope\nfor plant in ({', '.join(wanted)}):\n"
+        "    found = max_slope(plant, search='linear')\n"
+        "    print(found.verdict, found.criterion, found.largest.low, found.refuted_at, found.evidence)"
+    ).splitlines()
+    for line, (criterion, low, refuted) in zip(lines, wanted.values(), strict=True):
+        verdict, by, reached, at, evidence = line.split()
+        assert (verdict, by, evidence) == ("PROVED", criterion, "certified")
+        assert low <= float(reached) < float(at) == pytest.approx(refuted, rel=1e-6)
 
 
 def test_a_step_that_needs_another_package_is_left_out_and_says_so():
-    assert "needs numpy, which cannot be imported" in without(
-        "from lure.analysis import max_sector\nprint(max_sector('exp(-s)/(s + 1)').reason)"
-    )
-    assert "zames-falb: this step needs numpy" in without(
-        "from lure.analysis import max_slope\nfound = max_slope('(2*z + 0.92)/(z**2 - 0.5*z)', search='linear')\n"
+    late, taps = without(
+        "from lure.analysis import max_sector, max_slope\nprint(max_sector('exp(-s)/(s + 1)').reason)\n"
+        "found = max_slope('(2*z + 0.92)/(z**2 - 0.5*z)', search='linear')\n"
         "print(*(f'{each.criterion}: {each.reason}' for each in found.answers))"
-    )
+    ).splitlines()
+    assert "needs numpy, which cannot be imported" in late
+    assert "zames-falb: this step needs numpy" in taps

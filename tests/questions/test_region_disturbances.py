@@ -133,6 +133,7 @@ def test_a_reference_that_enters_sigma_is_survived_up_to_an_energy(tracking):
     assert_both_reject(without)
 
 
+@pytest.mark.slow
 def test_no_reference_of_that_energy_leaves_the_ellipsoid(tracking):
     rng, step, count = np.random.default_rng(0), 2e-3, 200
     P, x = np.array(tracking.P, dtype=float), np.zeros((count, 2))

@@ -54,6 +54,7 @@ def test_a_name_that_ends_in_pdf_is_a_file(here, capsys, monkeypatch):
 
 @installed
 @pytest.mark.usefixtures("sketched")
+@pytest.mark.slow
 def test_a_directory_gets_a_pdf_only_if_asked_and_is_replaced_as_before(here):
     assert main(["report", "contact", "--pdf", "--quiet"]) == 0
     assert names(here / "lure-report") == ["certificates", "figures", "report.html", "report.json", "report.pdf"]

@@ -180,7 +180,7 @@ def test_the_modes_are_the_closed_forms(release):
     assert wave_decay(unit_rod(damping=0.5), 2)[2] is None
 
 
-@pytest.mark.parametrize(("space", "order"), rarely([("P1", 40), ("P2", 41), ("cosine", 40)], ("P2", 41)))
+@pytest.mark.parametrize(("space", "order"), rarely([("P1", 40), ("P2", 41), ("cosine", 40)], ("P1", 40), ("P2", 41)))
 def test_galerkin_modes_move_the_end_as_the_integrator_does(space, order):
     rod = unit_rod(damping=0.3)
     scenario = Scenario.parse(displacement="x*x/7", velocity="cos(2*x)")

@@ -245,7 +245,7 @@ def test_the_impulse_of_a_galerkin_impact_is_unknown_without_a_sample_in_flight_
         {},
         {"method": "scheme", "cells": 50},
         {"method": "scheme", "cells": 1200},
-        {"method": "galerkin"},
+        pytest.param({"method": "galerkin"}, marks=pytest.mark.slow),
         {"method": "LSODA", "cells": 20},
     ],
 )

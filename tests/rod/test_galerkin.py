@@ -242,6 +242,7 @@ def test_energy_and_momentum_are_accounted_for(space, order, method):
     np.testing.assert_allclose(momentum - momentum[0], given - 0.7 * moved - run.impulse, atol=300 * tolerance, rtol=0)
 
 
+@pytest.mark.slow
 def test_both_integrators_follow_one_motion():
     model = galerkin(Rod(**UNITS, damping=0.3), space="P1", order=9)
     scenario = Scenario.parse(velocity=0.4, force="sin(3*t)")

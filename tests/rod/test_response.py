@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from depth import seldom
 from hypothesis import given
 from hypothesis import strategies as st
 from motions import NODES, WEIGHTS, unit_rod
@@ -100,7 +99,10 @@ def test_a_constant_push_ends_at_rest_where_the_obstacle_holds_it():
     assert seen.balance.contact == pytest.approx(0.4 * seen.period, rel=1e-6)
 
 
-@pytest.mark.parametrize(("amplitude", "multiple"), seldom([(0.5, 1), (0.75, 2), (0.97, 3)], (0.5, 1), (0.97, 3)))
+@pytest.mark.parametrize(
+    ("amplitude", "multiple"),
+    [pytest.param(0.5, 1, marks=pytest.mark.thorough), (0.75, 2), pytest.param(0.97, 3, marks=pytest.mark.slow)],
+)
 def test_the_period_of_the_shaken_bar_doubles_and_trebles(amplitude, multiple):
     seen = response(SHAKEN, f"0.3 + {amplitude}*sin(t/2)", plan=Plan(settle=500, run=14, samples=16))
     assert (seen.regime.kind, seen.regime.multiple) == ("periodic", multiple)
@@ -193,6 +195,7 @@ def test_nearby_motions_part_where_none_was_seen_to_repeat_and_meet_where_one_wa
     assert response(SHAKEN, "0.3 + 0.88*sin(t/2)", plan=plan).separation.rate > 0.01
 
 
+@pytest.mark.slow
 def test_a_motion_on_its_way_to_its_regime_says_so():
     seen = response(SHAKEN, "0.3 + 0.7*sin(t/2)", plan=Plan(settle=200, run=16))
     assert (seen.regime.kind, seen.transients.trend) == ("not seen to repeat", "still approaching")

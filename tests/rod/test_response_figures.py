@@ -2,7 +2,7 @@
 
 import json
 import math
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -26,21 +26,30 @@ from lure.rod.motion import Boundary
 
 MATCHED = unit_rod(damping=1.0, gap=0)
 RIGID = Plan(settle=20, run=8, samples=16, boundary=Boundary(rigid=True))
-SEEN = response(MATCHED, "0.3 + sin(t)", plan=RIGID)
-FREE = response(unit_rod(damping=1.0, gap=50), "sin(t)", plan=Plan(settle=20, run=8))
-SWEPT = bifurcation(MATCHED, "0.3 + sin(w*t)", "w", [0.8, 1.0, 1.5], sweep=Sweep(plan=RIGID))
-PLACES = basin(unit_rod(damping=0.6, compliance=0.05, gap=0.2), [-0.2, 0.0, 0.1], [0.0, 0.1, 0.5])
-LATE = response(unit_rod(damping=0.6, gap=0), "0.3 + 0.9*sin(t/2)", plan=Plan(settle=0, run=8))
+RUNS = {
+    "seen": partial(response, MATCHED, "0.3 + sin(t)", plan=RIGID),
+    "free": partial(response, unit_rod(damping=1.0, gap=50), "sin(t)", plan=Plan(settle=20, run=8)),
+    "late": partial(response, unit_rod(damping=0.6, gap=0), "0.3 + 0.9*sin(t/2)", plan=Plan(settle=0, run=8)),
+    "swept": partial(bifurcation, MATCHED, "0.3 + sin(w*t)", "w", [0.8, 1.0, 1.5], sweep=Sweep(plan=RIGID)),
+    "places": partial(basin, unit_rod(damping=0.6, compliance=0.05, gap=0.2), [-0.2, 0.0, 0.1], [0.0, 0.1, 0.5]),
+}
+
+
+@cache
+def ran(name):
+    return RUNS[name]()
+
+
 DRAWINGS = {
-    "history": partial(plot_history, SEEN),
-    "points": partial(plot_poincare, SEEN),
-    "spectrum": partial(plot_response_spectrum, SEEN),
-    "impulses": partial(plot_impulses, SEEN),
-    "all": partial(plot_response, SEEN),
-    "all, free": partial(plot_response, FREE),
-    "all, irregular": partial(plot_response, LATE),
-    "sweep": partial(plot_bifurcation, SWEPT),
-    "basin": partial(plot_basin, PLACES),
+    "history": lambda **given: plot_history(ran("seen"), **given),
+    "points": lambda **given: plot_poincare(ran("seen"), **given),
+    "spectrum": lambda **given: plot_response_spectrum(ran("seen"), **given),
+    "impulses": lambda **given: plot_impulses(ran("seen"), **given),
+    "all": lambda **given: plot_response(ran("seen"), **given),
+    "all, free": lambda **given: plot_response(ran("free"), **given),
+    "all, irregular": lambda **given: plot_response(ran("late"), **given),
+    "sweep": lambda **given: plot_bifurcation(ran("swept"), **given),
+    "basin": lambda **given: plot_basin(ran("places"), **given),
 }
 ROD = """
 name = "matched bar"
@@ -66,11 +75,11 @@ def test_a_figure_is_drawn_on_the_axes_given_and_is_the_same_every_time(name):
 
 
 def test_the_history_shows_the_motion_against_periods_and_the_contact():
-    axes = plot_history(SEEN, ax=Figure().add_subplot())
+    axes = plot_history(ran("seen"), ax=Figure().add_subplot())
     (motion,) = [line for line in axes.lines if line.get_label().startswith("z =")]
     t, z = motion.get_data()
-    assert t[-1] == pytest.approx(SEEN.t[-1] / (2 * math.pi))
-    assert z == pytest.approx(SEEN.z[-z.size :])
+    assert t[-1] == pytest.approx(ran("seen").t[-1] / (2 * math.pi))
+    assert z == pytest.approx(ran("seen").z[-z.size :])
     assert len(axes.collections[0].get_paths()) in (6, 7)  # six periods of one contact each, cut at both ends
     assert axes.get_ylabel() == "z [m]"
     labels = [text.get_text() for text in axes.texts]
@@ -78,21 +87,21 @@ def test_the_history_shows_the_motion_against_periods_and_the_contact():
 
 
 def test_points_and_orbit_of_a_motion_that_repeats():
-    axes = plot_poincare(SEEN, ax=Figure().add_subplot())
+    axes = plot_poincare(ran("seen"), ax=Figure().add_subplot())
     orbit, points = axes.lines[:2]
-    assert len(orbit.get_xdata()) == SEEN.plan.samples + 1
+    assert len(orbit.get_xdata()) == ran("seen").plan.samples + 1
     assert np.ptp(points.get_xdata()) < 1e-9
     assert axes.get_title(loc="left") == "periodic, 1 × period of the force"
 
 
 def test_all_impacts_are_in_the_histogram():
-    axes = plot_impulses(SEEN, ax=Figure().add_subplot())
-    assert sum(patch.get_height() for patch in axes.patches) == SEEN.impact_impulses.size
-    assert "no impact" in plot_impulses(FREE, ax=Figure().add_subplot()).texts[0].get_text()
+    axes = plot_impulses(ran("seen"), ax=Figure().add_subplot())
+    assert sum(patch.get_height() for patch in axes.patches) == ran("seen").impact_impulses.size
+    assert "no impact" in plot_impulses(ran("free"), ax=Figure().add_subplot()).texts[0].get_text()
 
 
 def test_a_sweep_shows_every_point_and_keeps_its_range_when_it_is_interrupted():
-    axes = plot_bifurcation(SWEPT, ax=Figure().add_subplot())
+    axes = plot_bifurcation(ran("swept"), ax=Figure().add_subplot())
     drawn = sum(len(line.get_xdata()) for line in axes.lines if line.get_marker() == ".")
     assert drawn == 3 * 9
     low, high = axes.get_xlim()
@@ -100,8 +109,8 @@ def test_a_sweep_shows_every_point_and_keeps_its_range_when_it_is_interrupted():
 
 
 def test_the_places_are_those_found():
-    axes = plot_basin(PLACES, ax=Figure().add_subplot())
-    assert axes.collections[0].get_array().data == pytest.approx(PLACES.high)
+    axes = plot_basin(ran("places"), ax=Figure().add_subplot())
+    assert axes.collections[0].get_array().data == pytest.approx(ran("places").high)
 
 
 @pytest.fixture
@@ -125,7 +134,8 @@ def test_the_command_response_says_and_draws_what_the_function_finds(lure, here,
     status, out, err = lure("response", rod, *options, "--plot", "a.png", "--replace")
     assert (status, err) == (0, "")
     found = json.loads(out)
-    again = response(MATCHED, "0.3 + sin(t)", plan=RIGID)  # not SEEN, which ran before anything was compiled
+    # anew: that of the figures may have run before anything was compiled
+    again = response(MATCHED, "0.3 + sin(t)", plan=RIGID)
     assert found == json.loads(json.dumps(again.to_dict())) | {"force": "0.3 + sin(t)"}
 
 
