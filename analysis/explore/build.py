@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from fractions import Fraction
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,6 +30,7 @@ from lure.analysis.explore.served import respond
 from lure.analysis.output import checked_target, replaced
 from lure.classes import NonlinearityClass
 from lure.errors import InputError
+from lure.expressions.tree import decimal
 from lure.extensions import extensions
 from lure.files.builtin import builtin_loop, loop_names
 from lure.files.system import LoopSystem
@@ -169,8 +171,8 @@ def opening(system: LoopSystem) -> dict[str, str]:
             f"{system.name!r} has no rational transfer function of one channel, which the page is about: its plant is "
             f"a {type(block).__name__}; ask the command lure analyse about it"
         )
-    num, den = (", ".join(map(str, each)) for each in (block.numerator, block.denominator))
-    step = "" if block.dt is None else str(block.dt)
+    num, den = (", ".join(map(_written, each)) for each in (block.numerator, block.denominator))
+    step = "" if block.dt is None else _written(block.dt)
     return {"form": "num", "num": num, "den": den, "dt": step, **asked(system.nonlinearity_class)}
 
 
@@ -182,8 +184,13 @@ def asked(given: NonlinearityClass | None) -> dict[str, str]:
     if abs(bounds.lower) == float("inf"):
         return {}
     kind = "odd" if given.slope and given.odd else "slope" if given.slope else "sector"
-    found = {"class": "time-varying" if given.time_varying else kind, "lower": str(bounds.lower)}
-    return found if bounds.upper == float("inf") else {**found, "k": str(bounds.upper)}
+    found = {"class": "time-varying" if given.time_varying else kind, "lower": _written(bounds.lower)}
+    return found if bounds.upper == float("inf") else {**found, "k": _written(bounds.upper)}
+
+
+def _written(value: float | Fraction) -> str:
+    """A number as a field of the page has it, exact: a decimal where one is short, as in the file."""
+    return decimal(Fraction(value)) or str(value)
 
 
 def page_text(state: dict[str, str]) -> str:

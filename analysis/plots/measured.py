@@ -12,12 +12,12 @@ from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
-    INK,
     LEGEND,
     PURPLE,
     VERMILLION,
     axes_or_new,
     finish_axes,
+    ink,
     note,
     number,
     padded,
@@ -66,7 +66,7 @@ def plot_measured(
         _wedge(above, x, found, limits)
     rows = [np.arange(len(data))] if found.memoryless else [data.rows("loading"), data.rows("unloading")]
     names = ("mean nonlinearity",) if found.memoryless else ("loading", "unloading")
-    colours = (INK, PURPLE)
+    colours = (ink(above), PURPLE)
     for nonlinearity, part, name, colour, multiplier in zip(
         found.nonlinearities, rows, names, colours[: len(rows)], found.multipliers, strict=True
     ):
@@ -111,7 +111,7 @@ def plot_measurements(data: Measurements, *, ax: Axes | None = None) -> Axes:
         The axes drawn on.
     """
     axes = axes_or_new(ax)
-    parts = [("loading", data.rows("loading"), INK), ("unloading", data.rows("unloading"), PURPLE)]
+    parts = [("loading", data.rows("loading"), ink(axes)), ("unloading", data.rows("unloading"), PURPLE)]
     for name, rows, colour in parts if data.branches else [("measured", np.arange(len(data)), GREY)]:
         axes.plot([], [], ".", color=colour, label=f"{name}, {rows.size} rows")
         _points(axes, data.displacement[rows], data.load[rows], colour)

@@ -13,8 +13,8 @@ import numpy as np
 from lure.analysis.certificates.boxes import CHANNELS, matrices, plants
 from lure.analysis.counterexamples.channel_gains import GainsAround
 from lure.analysis.counterexamples.late_switching import LateRoots
-from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, room_below
-from lure.analysis.questions.decay import RateBound
+from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, ink, room_below
+from lure.analysis.questions.decay import RateBound, rate_of
 from lure.analysis.questions.gain import GainBound
 from lure.analysis.questions.steady import SteadyPoint, SteadyResponse
 from lure.analysis.verdict import Evidence, Verdict
@@ -62,7 +62,7 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
         axes.plot(omega, values, color=GREY, lw=0.9, label=label)
         label, top = None, max(top, float(values.max()))
     if largest is not None:
-        axes.plot(omega, largest, color="black", lw=1.6, label=f"a member with more than {rounded(low, 'below', 4)}")
+        axes.plot(omega, largest, color=ink(axes), lw=1.6, label=f"a member with more than {rounded(low, 'below', 4)}")
     if math.isfinite(high):
         axes.axhline(high, color=BLUE, lw=2, label=f"no member has more than {rounded(high, 'above', 4)}, certified")
     else:
@@ -186,15 +186,15 @@ def plot_rate(found: RateBound, *, ax: Axes | None = None) -> Axes:
         look = {"color": BLUE, "ls": "-", "label": f"every member: {text}, certified"}
         _rate(axes, proved, look, discrete=discrete)
     if found.refutation is not None:
-        text = rounded(refuted, "below" if discrete else "above", 4)
+        text = rounded(rate_of(found.refutation), "below" if discrete else "above", 4)
         look = {"color": VERMILLION, "ls": "--", "label": f"a member: no better than {text}"}
         _rate(axes, refuted, look, discrete=discrete)
     if discrete:
         turn = np.linspace(0, 2 * np.pi, 200)
-        axes.plot(np.cos(turn), np.sin(turn), color="black", lw=0.7)
+        axes.plot(np.cos(turn), np.sin(turn), color=ink(axes), lw=0.7)
         axes.set_aspect("equal", adjustable="datalim")
     else:
-        axes.axvline(0, color="black", lw=0.7)
+        axes.axvline(0, color=ink(axes), lw=0.7)
     axes.margins(_RATE_ROOM)
     bottom, top = axes.get_ylim()
     axes.set_ylim(room_below(bottom, top, len(axes.get_legend_handles_labels()[1])), top)
@@ -294,7 +294,7 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
     others = [row for row in rows if row not in shown]
     if others:
         at = [row.omega for row in others]
-        axes.plot(at, [row.computed for row in others], "x", color="black", ms=4, label="computed")
+        axes.plot(at, [row.computed for row in others], "x", color=ink(axes), ms=4, label="computed")
     low, high = ([*(getattr(row, end) for row in shown), *(row.computed for row in rows)] for end in ("low", "high"))
     axes.set_ylim(min(value for value in low if value > 0) / _AMPLITUDE_ROOM, max(high) * _AMPLITUDE_ROOM)
     axes.set_xscale("log")

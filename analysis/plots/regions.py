@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lure.analysis.plots.style import BLUE, GREY, INK, VERMILLION, axes_or_new, finish_axes
+from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, ink
 from lure.analysis.questions.channel_map import StabilityMap
 from lure.analysis.questions.margins import Margin, Tolerances
 from lure.analysis.questions.region_curves import drawn, gauge
@@ -79,7 +79,7 @@ def plot_region(found: RegionOfAttraction, *, plane: tuple[int, int] = (1, 2), a
             flow = [(field[:, k] / speed * 1.0).reshape(shape) for k in (0, 1)]
             axes.streamplot(x, y, flow[0], flow[1], color=GREY, linewidth=0.5, density=0.8, arrowsize=0.7)
         _solutions(found, axes, rate, halves)
-    axes.plot(0, 0, "o", color=INK, ms=4)
+    axes.plot(0, 0, "o", color=ink(axes), ms=4)
     others = [(float(x[i]), float(x[j])) for x in found.equilibria] if found.states == 2 else []
     shown = [place for place in others if abs(place[0]) < halves[0] and abs(place[1]) < halves[1]]
     if shown:
@@ -176,7 +176,7 @@ def _solutions(found: RegionOfAttraction, axes: Axes, rate: Callable[..., Any], 
         path.append(x)
     looks = {"marker": ".", "ms": 3, "lw": 0.6} if found.discrete else {"lw": 1.0}
     for number, line in enumerate(np.swapaxes(np.array(path), 0, 1)):
-        axes.plot(*line.T, color=INK, label="solutions" if number == 0 else None, **looks)
+        axes.plot(*line.T, color=ink(axes), label="solutions" if number == 0 else None, **looks)
 
 
 def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
@@ -188,7 +188,7 @@ def _line(found: RegionOfAttraction, axes: Axes) -> Axes:
     x = np.linspace(-half, half, 801)[:, None]
     rate = _rate(found)
     if rate is not None:
-        axes.plot(x[:, 0], rate(x)[:, 0] - x[:, 0] * bool(found.discrete), color=INK, lw=1.2)
+        axes.plot(x[:, 0], rate(x)[:, 0] - x[:, 0] * bool(found.discrete), color=ink(axes), lw=1.2)
     axes.axhline(0, color=GREY, lw=0.6)
     for one in found.sets:
         end = float("inf") if one.P is None else float(one.P[0][0]) ** -0.5
@@ -260,7 +260,7 @@ def plot_map(found: StabilityMap, *, ax: Axes | None = None) -> Axes:
         )
     inside = [float(found.asked[i]) for i in (0, 1)]
     if all(v < end for v, end in zip(inside, ends, strict=True)):
-        axes.plot(*inside, "o", color="black", mfc="white", ms=6, label="asked about", zorder=4)
+        axes.plot(*inside, "o", color=ink(axes), mfc="white", ms=6, label="asked about", zorder=4)
     axes.set_xlim(low[0], ends[0])
     axes.set_ylim(low[1], ends[1])
     return finish_axes(axes, found.bounded[0], found.bounded[1], legend="upper right")
@@ -308,7 +308,7 @@ def _plane(axes: Axes, found: Tolerances) -> None:
             axes.add_patch(_rectangle(margin.proved, facecolor=BLUE, alpha=0.35, lw=0, label=label))
             labelled = True
     points = [[float(v) for v in point] for point in map(_point, found.margins) if point is not None]
-    axes.add_patch(_rectangle(found.family.box, fill=False, edgecolor="black", lw=1.4, label="as given"))
+    axes.add_patch(_rectangle(found.family.box, fill=False, edgecolor=ink(axes), lw=1.4, label="as given"))
     if points:
         axes.plot(*zip(*points, strict=True), "x", color=VERMILLION, mew=1.8, label="a plant that refutes")
     axes.margins(_MARGIN)

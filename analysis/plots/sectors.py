@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.nonlinearity.pieces import kinks, parsed
-from lure.analysis.plots.style import BLUE, GREY, INK, VERMILLION, axes_or_new, finish_axes, note, padded
+from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, ink, note, padded
 from lure.analysis.plots.style import number as number_sectors
 from lure.analysis.verdict import Evidence
 from lure.exact import nearest_double
@@ -102,7 +102,7 @@ def plot_nonlinearity_sector(nonlinearity: object, found: NonlinearityBounds, *,
     for slope in dict.fromkeys(bounds):
         if math.isfinite(slope):
             axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {number_sectors(slope)}", zorder=1.5)
-    axes.plot(x, _broken(values, high - low), color=INK, lw=1.6, label="φ(σ)")
+    axes.plot(x, _broken(values, high - low), color=ink(axes), lw=1.6, label="φ(σ)")
     for part in pair:
         point = _point(part)
         if point is not None and point != 0.0 and x[0] <= point <= x[-1] and part.attained:
@@ -143,7 +143,7 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
     style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
     for slope in dict.fromkeys(finite):
         axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {number_sectors(slope)}", zorder=1.5)
-    axes.plot(middle, _broken(slopes, high - low), color=INK, lw=1.6, label="slope of φ")
+    axes.plot(middle, _broken(slopes, high - low), color=ink(axes), lw=1.6, label="slope of φ")
     for part in pair:
         point = _point(part)
         if part is not None and point is not None and x[0] <= point <= x[-1] and part.attained:
@@ -161,8 +161,8 @@ def _bound(part: Extreme, found: NonlinearityBounds) -> float:
 
 def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:
     x, low, high = frame
-    axes.axhline(0.0, color=INK, lw=0.5, zorder=1)
-    axes.axvline(0.0, color=INK, lw=0.5, zorder=1)
+    axes.axhline(0.0, color=ink(axes), lw=0.5, zorder=1)
+    axes.axvline(0.0, color=ink(axes), lw=0.5, zorder=1)
     axes.set_xlim(float(x[0]), float(x[-1]))
     axes.set_ylim(low, high)
     axes.set_xlabel("σ")

@@ -33,6 +33,11 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return pyplot.subplots()[1]
 
 
+def ink(ax: Axes) -> str:
+    """The colour of the words on some axes: what is drawn in it is seen on whatever stands behind, white or black."""
+    return str(ax.xaxis.label.get_color())
+
+
 def number(value: float, digits: int = 4) -> str:
     """A number for a label, with a power of ten where needed; plain text draws ten times faster than mathtext."""
     if not math.isfinite(value):

@@ -133,7 +133,7 @@ class RateBound(TwoSided):
         if self.proof is not None:
             said = "No decay is proved" if self.verdict is Verdict.INCONCLUSIVE else said
             said = "Every" if self.verdict is Verdict.PROVED else f"{said}; every"
-            like, late = self._like(_rate_of(self.proof), proved=True), "late" in self.proof.certificate["system"]
+            like, late = self._like(rate_of(self.proof), proved=True), "late" in self.proof.certificate["system"]
             whole = ", ".join(filter(None, (self.nonlinearity_class, self.assumed)))
             start, told = ("m", ", m the greatest |x| before t = 0,") if late else ("|x(0)|", "")
             said += f" solution satisfies |x(t)| <= c {start} {like}{self._unit}{told} with one c for {whole}"
@@ -149,7 +149,7 @@ class RateBound(TwoSided):
 
     def _slow(self, shown: Refuted) -> str:
         """What a solution of a member does."""
-        rate = _rate_of(shown)
+        rate = rate_of(shown)
         still = 1 if self.time == "discrete" else 0
         if rate == still:
             return "does not decay"
@@ -453,7 +453,7 @@ def _between(low: Fraction, high: Fraction) -> Fraction:
     return simplest_between((low + high) / 2 - width, (low + high) / 2 + width)
 
 
-def _rate_of(shown: Proved | Refuted) -> Fraction:
+def rate_of(shown: Proved | Refuted) -> Fraction:
     """The rate of a certificate; one without is about stability."""
     neutral = 1 if shown.certificate["system"]["time"] == "discrete" else 0
     return Fraction(shown.certificate.get("rate", neutral))

@@ -23,7 +23,7 @@ def fetched(monkeypatch, tmp_path):
 
 def test_the_page_is_a_folder_that_opens_with_the_loop(lure, here, fetched):
     (here / "plant.toml").write_text(
-        '[plant]\ntransfer = "1/(s*(s+2/3))"\n[class]\nslope = [0, 5]\nodd = true\n', encoding="utf-8"
+        '[plant]\ntransfer = "1/(s*(s+2/3))"\n[class]\nslope = [0, 5.9]\nodd = true\n', encoding="utf-8"
     )
     assert lure("explore", "plant.toml", "-o", "page")[0] == 0
     assert sorted(path.name for path in (here / "page").iterdir()) == ["assets", "explore.json", "index.html"]
@@ -31,7 +31,7 @@ def test_the_page_is_a_folder_that_opens_with_the_loop(lure, here, fetched):
     start = json.loads(re.search(r'id="start">(.*?)</script>', text, re.DOTALL)[1])
     assert start["state"] == {
         **{"form": "num", "num": "1", "den": "1, 2/3, 0", "dt": ""},
-        **{"class": "odd", "lower": "0", "k": "5"},
+        **{"class": "odd", "lower": "0", "k": "5.9"},
     }
     assert lure("explore", "-o", "page", "--quiet") == (0, "", "")  # its own folder is replaced
 

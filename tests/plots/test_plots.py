@@ -1,8 +1,10 @@
 """Figures: on the axes given, with the numbers of the results, and the same bytes every time."""
 
 import math
+import re
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -12,9 +14,19 @@ from hypothesis import strategies as st
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from lure import InputError, LinearBlock, Sector
-from lure.analysis.plots import drawing_frequencies, plot_nyquist, plot_popov, plot_popov_expression, render
-from lure.analysis.plots.style import finish_axes, number
+from lure import InputError, LinearBlock, Saturation, Sector
+from lure.analysis import nonlinearity_bounds, region
+from lure.analysis.plots import (
+    drawing_frequencies,
+    plot_nyquist,
+    plot_popov,
+    plot_popov_expression,
+    render,
+    style,
+)
+from lure.analysis.plots.regions import plot_region
+from lure.analysis.plots.sectors import plot_nonlinearity_sector
+from lure.analysis.plots.style import INK, finish_axes, number
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
 from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
 from lure.analysis.rod.simulation import simulate
@@ -80,6 +92,28 @@ def test_a_plot_labels_both_axes_and_says_the_units(draw, ax):
     assert ax.get_ylabel()
     assert "[" in ax.get_xlabel() or ax.get_xlabel() == "elastic mode"
     assert "[" in ax.get_ylabel() or ax.get_ylabel().startswith("share")
+
+
+# on black what is drawn in black is not seen, nor on a dark page, on which only INK becomes the colour of the words
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda ax: plot_nonlinearity_sector("tanh(sigma)", nonlinearity_bounds("tanh(sigma)"), ax=ax),
+        lambda ax: plot_region(region(([1], [1, -1]), Saturation(gain=2, limit=1)), ax=ax),
+    ],
+    ids=["nonlinearity", "region"],
+)
+def test_what_is_drawn_in_the_colour_of_the_words_is_seen_on_black(draw):
+    with mpl.rc_context({"axes.labelcolor": "white", "text.color": "white"}):
+        axes = draw(ax=Figure().add_subplot())
+    colours = {mpl.colors.to_hex(line.get_color()) for line in axes.lines}
+    assert "#ffffff" in colours
+    assert not colours & {"#000000", INK}
+
+
+def test_drawings_of_results_ask_for_the_colour_of_the_words():
+    for path in Path(style.__file__).parent.glob("*.py"):
+        assert path.name == "style.py" or not re.search(r'"black"|\bINK\b', path.read_text("utf-8"))
 
 
 def test_without_axes_a_new_figure_is_made():
