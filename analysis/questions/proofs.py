@@ -285,6 +285,8 @@ def _decided(asked: Problem, row: Theorem, bounds: Sector | SlopeBounds, *, fini
                 "the class has no finite lower end, and no theorem here begins at -inf; give a lower bound",
                 code=Reason.NO_LOWER_END,
             )
+    if isinstance(plant, StructuredPlant) and bounds.lower == 0 and bounds.upper != math.inf:
+        return theory_of(plant).inequality(row.name, Sector(0, bounds.upper))
     late = isinstance(plant, DelayPlant) and asked.question == "slope" and plant.strictly_proper
     shifted = isinstance(plant, RationalPlant) or (late and bounds.lower != -math.inf)
     lower = exact_number(bounds.lower, "lower") if shifted else Fraction(0)
@@ -320,7 +322,7 @@ def proposals(asked: Problem, numbers: Numbers) -> tuple[list[Proposal], list[Pr
         return [], []
     if isinstance(plant, StructuredPlant):
         theory = theory_of(plant)
-        if asked.criterion == BEST and method in ("best", "structure"):
+        if asked.criterion == BEST and method in ("best", "structure") and not asked.time_varying:
             return [(theory.argument, lambda: check_for_class(asked, {**theory.proof(), "numbers": numbers}))], []
         if plant.order is None and method not in ("best", "structure"):
             return [], []  # with infinitely many states there is no polynomial and no matrix

@@ -76,6 +76,8 @@ class RodTheory:
         if 0 < largest.low < math.inf:  # asked of a sector strictly inside the largest one
             largest = Bracket(math.nextafter(largest.low, 0), largest.high)
             found = self.inequality(criterion, Sector(0, largest.low))
+        elif largest.low == math.inf and found.verdict is Verdict.INCONCLUSIVE:  # Re H >= 0: 1/k is left for every k
+            found = self.inequality(criterion, Sector(0, 1))
         proved = largest.low > 0 and found.verdict is Verdict.PROVED
         return replace(
             found,

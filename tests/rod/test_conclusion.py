@@ -4,6 +4,8 @@ from fractions import Fraction
 
 import pytest
 
+from lure import NonlinearityClass, Sector
+from lure.analysis import max_sector
 from lure.analysis.certificates import codes
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.questions.certify import certify
@@ -29,6 +31,17 @@ def concluded(scenario=None, **changes):
 def test_a_certificate_of_a_driven_rod_is_printed_as_what_it_is():
     # figure 8 is driven by 2 sin 4t and never rests
     assert str(certify(builtin_system("paper-rod-figure-8"))).startswith("PROVED: without load, every motion")
+
+
+# the circle criterion covers (E/L) Z^2/(k^2 - Z^2) = 288e6/3 at k = 2 Z; at k = Z, H = d/s has Re H = 0 on the axis,
+# and every finite sector [0, K] the margin 1/K
+@pytest.mark.parametrize(("damping", "upper"), [("2.4", 95 * 10**6), ("1.2", 10**9)])
+def test_functions_that_depend_on_time_are_proved_around_a_rod_as_far_as_the_circle_criterion_serves(damping, upper):
+    block = RodPlant(scheme_of(damping=damping).rod)
+    found = certify(block, NonlinearityClass(sector=Sector(0, upper), time_varying=True))
+    assert str(found).startswith("PROVED")
+    assert "time-varying" in str(found)
+    assert max_sector(block, time_varying=True).largest.low >= upper
 
 
 @pytest.mark.parametrize(
