@@ -156,7 +156,7 @@ class _Powers(FallingTheorem):
                 "Qed.",
             ]
         origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
-        libraries = ("forms.v", "flow.v", "powers.v")
+        libraries = ("forms.v", "flow.v", "definite.v", "powers.v")
         return whole_file(claim, origin, libraries, ["\n".join(lines), "\n".join(self.statement())])
 
     def derivative(self, side: int, names: list[str]) -> str:

@@ -1,7 +1,8 @@
 """Periodic solutions in continuous time of a piecewise linear nonlinearity, for Coq: `returns.v`.
 
 The starts of all stays and their durations are ``z + Y y``; a contraction of ``y`` has a fixed point where each stay
-ends at the start of the next one, on a kink.  Solutions are enclosed step by step by Taylor's polynomials in integers.
+ends at the start of the next one, on a kink, or on a plane at which a long stay is cut, as bounds of errors double in
+each step.  Solutions are enclosed step by step by Taylor's polynomials in integers.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
+from itertools import count, pairwise
 from typing import Any
 
 from flint import arb_mat
@@ -40,8 +41,9 @@ LIBRARIES = (
     "contraction.v",
     "returns.v",
 )
-GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 5, 8
-BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = 56, 16, 1024, 80, 2 * 10**9
+GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 6, 8
+LONGEST, FINE = 6, 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
+BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 3 * 10**9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +63,12 @@ def _dot(u: Sequence[int], v: Sequence[int]) -> int:
 def _combine_forms(u: Sequence[int], rows: Sequence[Sequence[int]]) -> list[int]:
     """``combine_forms`` of the Coq file: ``u . rows``."""
     return [sum(a * row[j] for a, row in zip(u, rows, strict=False)) for j in range(len(rows[0]))]
+
+
+def shortest(value: Fraction, bits: int) -> Fraction:
+    """A fraction of few digits next to a number, to so many bits."""
+    tries = (value.limit_denominator(1 << k) for k in count(bits // 2))
+    return next(v for v in tries if v > 0 and abs(v - value) * 2**bits <= value)
 
 
 def returning_text(data: Mapping[str, Any], claim: str) -> str:
@@ -234,9 +242,8 @@ class _Orbit:
         points = {(x, phi.at(x)) for x in self.levels}
         self.graph = Graph(classes(data["laws"]), points)
         self.scale = math.lcm(*(v.denominator for v in (*self.c, *self.levels)))
-        path = [*pieces, pieces[0]]
-        kinks = [self.levels[max(pieces[-1], pieces[0])], *(self.levels[max(p, q)] for p, q in pairwise(pieces))]
-        self.found = self.numbers(path, [matrices[p] for p in pieces], times, starts, kinks)
+        levels = [self.levels[max(p, q)] for p, q in pairwise([pieces[-1], *pieces])]
+        self.found = self.numbers(matrices, times, starts, [self.side(level) for level in levels])
         z = [s.start for s in self.found.stays]
         self.apart = max(
             (abs(a - b), i, j, k)
@@ -266,11 +273,25 @@ class _Orbit:
         """``sign (sigma - level)``, in integers."""
         return [int(sign * v * self.scale) for v in (*self.c, -level)]
 
-    def numbers(
-        self, path: list[int], matrices: list[Matrix], times: Vector, starts: list[Vector], kinks: Vector
-    ) -> _Numbers:
+    def cut(
+        self, matrices: Mapping[int, Matrix], times: Vector, parts: list[int], starts: list[Vector], entries: Rows
+    ) -> tuple[Vector, list[Vector], Rows]:
+        """Each stay in so many of equal durations: after the first they start where a plane is crossed."""
+        found, more = list[Vector](), Rows()
+        for p, t, k, start, entry in zip(self.pieces, times, parts, starts, entries, strict=True):
+            own = self.around([matrices[p]] * k, [t / k] * k, start[:-1])
+            found += own
+            more.append(entry)
+            for x in own[1:]:
+                flow = [sum((a * v for a, v in zip(row, x, strict=True)), Fraction(0)) for row in matrices[p][:-1]]
+                plane = [round(v / max(map(abs, flow)) * 2**8) << FINE for v in flow]
+                more.append([*plane, -round(sum(a * v for a, v in zip(plane, x, strict=False)))])
+        self.pieces = [p for p, k in zip(self.pieces, parts, strict=True) for _ in range(k)]
+        return [t / k for t, k in zip(times, parts, strict=True) for _ in range(k)], found, more
+
+    def numbers(self, matrices: Mapping[int, Matrix], times: Vector, starts: list[Vector], entries: Rows) -> _Numbers:
         """The first that hold."""
-        given = [whole_rows(A) for A in matrices]
+        whole = {p: whole_rows(A) for p, A in matrices.items()}
 
         def fewest(weights: list[int]) -> list[int]:
             """Steps of each stay, by the larger of which the flow moves by half of a weight."""
@@ -279,40 +300,36 @@ class _Orbit:
                     sum(abs(a) * w for a, w in zip(r, weights, strict=True)) / Fraction(d * own)
                     for r, own in zip(rows, weights, strict=True)
                 )
-                for d, rows in given
+                for d, rows in (whole[p] for p in self.pieces)
             ]
             return [math.ceil(2 * size * t * Fraction(65, 64)) for size, t in zip(sizes, times, strict=True)]
 
         weights = min(([*(1 << g * k for k in range(self.n)), 1] for g in GROWTHS), key=lambda w: sum(fewest(w)))
-        counts = fewest(weights)
-        for _ in range(ROUNDS):
-            bits, fine = 2 * max(counts) + BESIDE, max(counts) + BESIDE - FEWER
-            stays = []
-            for (d, rows), t, k, x, level, p in zip(given, times, counts, starts, kinks, path, strict=False):
-                h = Fraction(round(t * 2**fine), k * d << fine)
-                sides = [self.side(self.levels[p]), self.side(self.levels[p + 1], -1)]
-                z = [*(round(v * 2**bits) for v in x[:-1]), 1 << bits]
-                stays.append(
-                    Stay(
-                        d=d,
-                        rows=rows,
-                        p=h.numerator,
-                        q=h.denominator,
-                        steps=k,
-                        start=z,
-                        entry=self.side(level),
-                        sides=sides,
+        parts = [-(-k // LONGEST) for k in fewest(weights)]
+        times, starts, entries = self.cut(matrices, times, parts, starts, entries)
+        for beside in BESIDE:
+            counts = fewest(weights)
+            for _ in range(ROUNDS):
+                bits, fine = 2 * max(counts) + beside, max(counts) + beside - FEWER
+                stays = []
+                for t, k, x, entry, p in zip(times, counts, starts, entries, self.pieces, strict=True):
+                    d, rows = whole[p]
+                    h = shortest(t / (k * d), fine)
+                    sides = [self.side(self.levels[p]), self.side(self.levels[p + 1], -1)]
+                    z = [*(round(v * 2**bits) for v in x[:-1]), 1 << bits]
+                    own = Stay(
+                        d=d, rows=rows, p=h.numerator, q=h.denominator, steps=k, start=z, entry=entry, sides=sides
                     )
-                )
-            # products and quotients of numbers of so many digits, which take Coq a quarter of a minute at most
-            work = [(s.steps + 1) * (s.p.bit_length() + s.q.bit_length() + bits) ** 2 for s in stays]
-            if sum(work) * (self.n + 2) * bits > MOST_WORK:
-                raise refused("its orbit takes steps of so many digits that Coq would take minutes")
-            found = _Numbers(stays, weights, bits)
-            if not found.wrong:
-                return found
-            counts = [k * (1 + (i in found.wrong)) for i, k in enumerate(counts)]
-        raise refused("no steps of few enough digits were found that enclose it")
+                    stays.append(own)
+                # products and quotients of numbers of so many digits, which take Coq half a minute at most
+                work = [(s.steps + 1) * (s.p.bit_length() + s.q.bit_length() + bits) ** 2 for s in stays]
+                if sum(work) * (self.n + 2) * bits > MOST_WORK:
+                    break
+                found = _Numbers(stays, weights, bits)
+                if not found.wrong:
+                    return found
+                counts = [k + (k + 1) // 2 * (i in found.wrong) for i, k in enumerate(counts)]
+        raise refused("its orbit takes steps of so many digits that Coq would take minutes")
 
     def text(self, claim: str) -> str:
         """The whole file."""

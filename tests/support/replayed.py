@@ -14,9 +14,21 @@ from lure.analysis.certificates.drafts import complete_and_check
 KEPT = json.loads((Path(__file__).parent / "certificates.json").read_text("utf-8"))
 LIBRARIES = (
     *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *("switching", "powers", "feedthrough", "members", "gains", "regions", "pieces", "waves", "critical", "steps"),
+    *(
+        "switching",
+        "definite",
+        "powers",
+        "feedthrough",
+        "members",
+        "gains",
+        "regions",
+        "pieces",
+        "waves",
+        "critical",
+        "steps",
+    ),
     *("stays", "jumps", "paces", "beyond", "driven", "interval", "everywhere"),
-    *("enclosures", "contraction", "returns"),
+    *("enclosures", "contraction", "returns", "kernels"),
 )
 PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
 LOOP = "(* ---- This loop ---- *)"
