@@ -84,7 +84,7 @@ class Exponential:
     """
 
     def __init__(self, matrix: NDArray[np.float64]) -> None:
-        self.matrix = matrix
+        self.matrix, self.one = matrix, np.eye(len(matrix))
         self.values, self.right = np.linalg.eig(matrix)
         self.left = np.linalg.inv(self.right) if np.linalg.cond(self.right) < _CONDITION else None
 
@@ -94,7 +94,7 @@ class Exponential:
         if self.left is None:
             return np.asarray(linalg.expm(self.matrix * t))
         change = (self.right * np.expm1(t * self.values)) @ self.left
-        return np.asarray(np.eye(len(self.matrix)) + change.real)
+        return np.asarray(self.one + change.real)
 
 
 # Linear gains that destabilise: members of every class of nonlinearities.

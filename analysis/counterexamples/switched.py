@@ -98,8 +98,9 @@ class SwitchingSearch:
         pair = self.closed(float(self.lower)), self.closed(k)
         product = np.eye(self.system.order)
         with np.errstate(all="ignore"):
-            for i, t in enumerate(times):
-                product = pair[i % 2].over(t) @ product
+            steps = [one.over(times[i::2]) for i, one in enumerate(pair)]
+            for i in range(len(times)):
+                product = steps[i % 2][i // 2] @ product
         return product
 
     def run(self) -> Pattern | None:
