@@ -159,12 +159,12 @@ def test_the_rate_of_the_slowest_gain_is_tried_outwards(discrete):
 # at rest, within rounding, 0 is tried alone; of a gain that grows 0 at last, in discrete time no factor is 0 or below
 @pytest.mark.parametrize(
     ("slowest", "discrete", "asked"),
-    [(inf, False, []), (1e-12, False, [0]), (-1e-13, False, [0]), (0.0, True, []), (1e-12, True, 7)],
+    [(inf, False, []), (1e-12, False, [0]), (-1e-13, False, [0]), (0.0, True, [])],
 )
 def test_a_gain_at_rest_is_tried_at_0(slowest, discrete, asked):
     heard = []
     assert decay._refuted(loop(discrete, slowest=(slowest, None), refute=heard.append)) is None
-    assert heard == asked or len(heard) >= 6
+    assert heard == asked
     if asked == [0]:
         assert decay._refuted(loop(slowest=(slowest, None), refute=lambda rate: "shown")) == (0, "shown")
 
@@ -173,7 +173,8 @@ def test_a_gain_that_grows_refutes_at_0_where_its_own_rate_is_not_shown():
     heard = []
     assert decay._refuted(loop(slowest=(-0.5, None), refute=heard.append)) is None
     assert heard[-1] == 0
-    assert min(heard[:-1]) < heard[0] == F(-1, 2) < max(heard[:-1]) or all(one < 0 for one in heard[:-1])
+    assert heard[0] == F(-1, 2) == min(heard)
+    assert max(heard[:-1]) == F(-1, 2) + F(1, 2000)
     made = loop(slowest=(-0.5, None), refute=lambda rate: None if rate else "shown")
     assert decay._refuted(made) == (0, "shown")
     assert decay._refuted(loop(slowest=(0.5, None), refute=lambda rate: None if rate else "shown")) is None
@@ -481,7 +482,7 @@ def test_a_margin_has_both_ends_and_their_boxes():
     made = Grown(F(2), F(1))
     found = made.margin((0,))
     assert (found.parameters, found.proof, found.refutation) == (("a",), "proof", "against")
-    assert found.proved == made.box((0,), F(found.width.low)) or found.width.low < 1
+    assert found.proved == made.box((0,), made._proved((0,), made._refuted((0,))[0])[0])
     assert 0.98 < found.width.low <= 1 < 2 <= found.width.high < 2.05
     assert (found.proved[1], found.refuted[1]) == ((3, 4), (3, 4))
     open_ = Grown(None, F(64)).margin((1,))
