@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lure.analysis.nonlinearity.pieces import kinks, parsed
+from lure.analysis.numerics.doubles import text_above, text_below
 from lure.analysis.plots.style import BLUE, GREY, VERMILLION, axes_or_new, finish_axes, ink, note, padded
 from lure.analysis.plots.style import number as number_sectors
 from lure.analysis.verdict import Evidence
@@ -99,9 +101,8 @@ def plot_nonlinearity_sector(nonlinearity: object, found: NonlinearityBounds, *,
     edges = [np.clip(slope * x, low, high) if math.isfinite(slope) else _half(x, slope, low, high) for slope in bounds]
     axes.fill_between(x, edges[0], edges[1], color=BLUE, alpha=0.13, lw=0, label="sector")
     style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
-    for slope in dict.fromkeys(bounds):
-        if math.isfinite(slope):
-            axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {number_sectors(slope)}", zorder=1.5)
+    for slope, text in _named(bounds).items():
+        axes.plot(x, slope * x, color=BLUE, lw=1.0, ls=style, label=f"slope {text}", zorder=1.5)
     axes.plot(x, _broken(values, high - low), color=ink(axes), lw=1.6, label="φ(σ)")
     for part in pair:
         point = _point(part)
@@ -141,8 +142,8 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
     if len(finite) == 2:
         axes.axhspan(finite[0], finite[1], color=BLUE, alpha=0.13, lw=0)
     style = "-" if str(found.evidence) == "certified" else (0, (4, 2))
-    for slope in dict.fromkeys(finite):
-        axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {number_sectors(slope)}", zorder=1.5)
+    for slope, text in _named(bounds).items():
+        axes.axhline(slope, color=BLUE, lw=1.0, ls=style, label=f"bound {text}", zorder=1.5)
     axes.plot(middle, _broken(slopes, high - low), color=ink(axes), lw=1.6, label="slope of φ")
     for part in pair:
         point = _point(part)
@@ -154,9 +155,14 @@ def plot_nonlinearity_slope(nonlinearity: object, found: NonlinearityBounds, *, 
 
 
 def _bound(part: Extreme, found: NonlinearityBounds) -> float:
-    """What is drawn: the value reached, and infinite where a certified bound is not known."""
-    unknown = found.evidence is Evidence.CERTIFIED and isinstance(part.outer, float)
-    return nearest_double(part.outer if unknown else part.inner)
+    """What is drawn: what no value passes where that is certified, else the value reached."""
+    return nearest_double(part.outer if found.evidence is Evidence.CERTIFIED else part.inner)
+
+
+def _named(bounds: Sequence[float]) -> dict[float, str]:
+    """The finite ones of a lower and an upper bound, each with its text, rounded outwards."""
+    said = zip(bounds, (text_below, text_above), strict=False)
+    return {bound: text(bound, 4).replace("-", "−") for bound, text in said if math.isfinite(bound)}
 
 
 def _finish(axes: Axes, found: NonlinearityBounds, quantity: Quantity, frame: tuple[Array, float, float]) -> None:

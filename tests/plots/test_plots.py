@@ -25,7 +25,7 @@ from lure.analysis.plots import (
     style,
 )
 from lure.analysis.plots.regions import plot_region
-from lure.analysis.plots.sectors import plot_nonlinearity_sector
+from lure.analysis.plots.sectors import plot_nonlinearity_sector, plot_nonlinearity_slope
 from lure.analysis.plots.style import INK, finish_axes, number
 from lure.analysis.rod.plots import plot_damping, plot_decay, plot_end_motion, plot_rest, plot_spectrum, plot_surface
 from lure.analysis.rod.popov import rod_popov_criterion as popov_criterion
@@ -109,6 +109,17 @@ def test_what_is_drawn_in_the_colour_of_the_words_is_seen_on_black(draw):
     colours = {mpl.colors.to_hex(line.get_color()) for line in axes.lines}
     assert "#ffffff" in colours
     assert not colours & {"#000000", INK}
+
+
+# the slope 1 + cos 2 sigma is 0 at pi/2, of which a search knows an enclosure, [0, 1.4e-48]: its outer end is the bound;
+# 4/3 is the largest phi(sigma)/sigma of tanh + sigma/3, and 1.333 would be no bound
+def test_a_bound_is_drawn_where_it_is_certified_and_named_rounded_outwards():
+    def labels(plot, text):
+        axes = plot(text, nonlinearity_bounds(text), ax=Figure().add_subplot())
+        return [str(line.get_label()) for line in axes.lines if str(line.get_label()).startswith(("bound", "slope "))]
+
+    assert labels(plot_nonlinearity_slope, "sin(2*sigma)/2 + sigma") == ["bound 0", "bound 2", "slope of φ"]
+    assert labels(plot_nonlinearity_sector, "tanh(sigma) + sigma/3") == ["slope 0.3333", "slope 1.334"]
 
 
 def test_drawings_of_results_ask_for_the_colour_of_the_words():
