@@ -111,7 +111,7 @@ def test_what_is_drawn_in_the_colour_of_the_words_is_seen_on_black(draw):
     assert not colours & {"#000000", INK}
 
 
-# the slope 1 + cos 2 sigma is 0 at pi/2, of which a search knows an enclosure, [0, 1.4e-48]: its outer end is the bound;
+# the slope 1 + cos 2 sigma is 0 at pi/2, which a search encloses in [0, 1.4e-48]: the outer end is the bound;
 # 4/3 is the largest phi(sigma)/sigma of tanh + sigma/3, and 1.333 would be no bound
 def test_a_bound_is_drawn_where_it_is_certified_and_named_rounded_outwards():
     def labels(plot, text):
