@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from flint import arb_mat
 
+from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.channels import channels, plant
 from lure.analysis.certificates.frequencies import Kernel, multiplier, shifted
 from lure.analysis.certificates.riccati import Lyapunov, stabilising
@@ -73,6 +74,8 @@ class _Kernels:
     """The words of one file; ``z = (x, mu, v)``, ``v`` what the kernels make of ``a = phi - l sigma`` and ``b``."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
+        if data["system"]["kind"] != "multivariable":
+            raise refused("its plant has dead times, or unknown numbers; with kernels matrices have an export")
         self.H = H = plant(data["system"])
         self.n, self.m = len(H.A), len(H.D)
         asked = channels(data["laws"], self.m)
@@ -91,8 +94,8 @@ class _Kernels:
             raise refused(
                 "with kernels sigma_i has to be given by states and the channels before it, beside theta by states"
             )
-        if any(bound != asked.bounds(i) for i, bound in enumerate(bounds)):
-            raise refused("with kernels the bounds of the sectors have to be those of the slopes")
+        if any(bound != asked.bounds(i) or INF in map(abs, bound) for i, bound in enumerate(bounds)):
+            raise refused("with kernels the bounds of the sectors have to be those of the slopes, and finite")
         self.filters()
         self.rows()
         self.P, self.lyapunov = self.witness(), self.inside()

@@ -43,7 +43,7 @@ LIBRARIES = (
 )
 GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 6, 8
 LONGEST, FINE = 6, 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
-BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 3 * 10**9
+BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 2 * 10**9
 
 
 @dataclass(frozen=True, kw_only=True)
