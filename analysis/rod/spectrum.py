@@ -84,9 +84,7 @@ class RodSpectrum(Record):
 
     def _page(self) -> Page:
         rows = [(m.number, f"{m.scheme:.6g}", f"{m.rod:.6g}", f"{100 * m.numerical_share:.3g} %") for m in self.modes]
-        note = (
-            f"{self}. The zero eigenvalue is exact, and the same in both; a mode of the scheme is not one of the rod."
-        )
+        note = f"{self}. The zero eigenvalue is exact, in both. A mode of the scheme is not one of the rod."
         head = ("mode", "scheme [1/s]", "rod [1/s]", "damping that the rod lacks")
         return Page("Spectrum of the rod's block, scheme against rod", rows, head=head, notes=[note])
 
