@@ -333,7 +333,7 @@ def test_every_linear_gain_is_stable_for_a_rod_that_is_damped_and_unknown_for_an
     block = RodPlant(rod_from_exact({**paper.exact, "damping": Fraction(damping)}))
     found = max_sector(block, criterion="popov")
     assert (found.hurwitz.low, found.hurwitz.high) == ends
-    assert table_of(found)["linear gains"] == f"stable up to {'inf' if ends[0] else '0'}"
+    assert table_of(found)["linear gains"] == ("stable up to inf" if ends[0] else "-")
 
 
 def test_a_gain_that_the_checker_refuses_is_no_counterexample(monkeypatch):

@@ -10,6 +10,7 @@ import pytest
 from lure import InputError, Saturation
 from lure.analysis.certificates.checker import CONVERGES
 from lure.analysis.questions import regions
+from lure.analysis.questions.region_areas import form_said
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction, region
 from lure.analysis.verdict import Verdict
 
@@ -37,7 +38,7 @@ def found(sets=(), beyond=(), area=(0.0, None), **more):
 
 
 WHOLE = "PROVED: every solution tends to 0, wherever it starts"
-ROUNDED = "rounded; the certificate has it exactly."
+EXACT = "sets[0].P has it exactly, in Python and in the JSON."
 CURVE = {"kind": "curve", "points": POINTS}
 
 
@@ -71,7 +72,7 @@ CURVE = {"kind": "curve", "points": POINTS}
             [
                 "PROVED: every solution that starts in the ellipsoid x^T P x <= 1 tends to 0; its volume is at least "
                 "0.3333333.",
-                f"P = [[0.3333333]], {ROUNDED}",
+                f"P = [[0.3333334]], rounded so that its ellipsoid lies inside; {EXACT}",
                 "It holds the points asked about times 0.6666666.",
             ],
         ),
@@ -80,7 +81,7 @@ CURVE = {"kind": "curve", "points": POINTS}
             [
                 "PROVED: every solution that starts in the level set x^T P x + 2 sum theta_i int phi_i <= 1 tends to "
                 "0; its area is at least 0.3333333.",
-                f"P = [[0.3333333]], theta_2 = 0.3333333, {ROUNDED}",
+                f"P = [[0.3333334]], theta_2 = 0.3333333, rounded; {EXACT}",
                 "The area of the region is at most 2.",
             ],
         ),
@@ -112,7 +113,9 @@ CURVE = {"kind": "curve", "points": POINTS}
             found((), [outside("ellipsoid", Q=((F(1),),))], reason="why"),
             [
                 "INCONCLUSIVE: no set of starts is proved to be attracted by 0: why.",
-                "No solution that starts where x^T Q x > 1 tends to 0, Q as in the certificate.",
+                "No solution that starts where x^T Q x > 1 tends to 0.",
+                "Q = [[1]], rounded so that this holds for it too; outside[0].Q has it exactly, in Python and in the "
+                "JSON.",
             ],
         ),
         (
@@ -146,10 +149,10 @@ def test_starts_beyond_an_interval_are_told(ends, said):
 
 
 def test_a_large_matrix_is_not_written_out():
-    for n, count in ((6, 1), (7, 0)):
-        P = tuple(tuple(F(i == j) for j in range(n)) for i in range(n))
-        assert len(regions._matrix_said(inside(P=P))) == count
-    assert regions._matrix_said(inside(**CURVE)) == []
+    for n, begin in ((6, "P = [[1, 0, 0, 0, 0, 0]"), (7, "P has 7 rows; sets[2].P has it exactly")):
+        (said,) = form_said("P", tuple(tuple(F(i == j) for j in range(n)) for i in range(n)), 2)
+        assert said.startswith(begin)
+    assert form_said("P", None) == []
 
 
 # V = x^2 on a line, an ellipsoid in the plane; a closed curve; an open interval
