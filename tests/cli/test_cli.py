@@ -289,6 +289,7 @@ def test_an_interrupted_run_leaves_the_old_report_or_none(here, lure, kill, stat
     assert (here / "lure-report" / "report.html").read_text() == "next"
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_is_no_bug(here):
     with process("systems", "paper-rod", "--toml", patch="import time; time.sleep(0.2)") as run:
         run.stdout.close()
@@ -296,6 +297,7 @@ def test_a_reader_that_leaves_is_no_bug(here):
     assert (run.returncode, err) == (141, "")
 
 
+@pytest.mark.slow
 def test_a_terminal_without_greek_gets_a_report_all_the_same(here):
     with process("report", env={"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}) as run:
         out, err = run.communicate()
@@ -344,6 +346,7 @@ sys.modules["lure.analysis.rod.report.build"].build_report = paused
 """
 
 
+@pytest.mark.slow
 def test_progress_is_shown_on_a_terminal_and_wiped_afterwards(here):
     seen, out = watched("report", patch=PAUSE, NO_COLOR="")
     assert "a stage [red]" in seen
@@ -353,6 +356,7 @@ def test_progress_is_shown_on_a_terminal_and_wiped_afterwards(here):
     assert "stage" not in out
 
 
+@pytest.mark.slow
 def test_no_color_is_honoured(here):
     seen, _ = watched("report", patch=PAUSE, NO_COLOR="1")
     assert "a stage [red]" in seen
@@ -379,10 +383,12 @@ def test_a_log_gets_a_line_now_and_then(monkeypatch, capsys):
         assert tell is None
 
 
+@pytest.mark.slow
 def test_a_bar_waits_until_the_work_takes_long(here):
     assert watched("report", patch=PAUSE.replace("0.1", "1000").replace("60", "0.4"))[0] == ""
 
 
+@pytest.mark.slow
 def test_quiet_shows_no_progress_even_on_a_terminal(here):
     assert watched("report", "--quiet")[0] == ""
 

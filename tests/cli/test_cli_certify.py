@@ -95,6 +95,7 @@ def test_beyond_the_limit_the_certificate_is_a_refutation(lure, tmp_path, k):
     assert lure("verify", "certificate.json")[0] == 0
 
 
+@pytest.mark.slow
 def test_what_stays_open_has_a_code_and_no_file(lure, tmp_path):
     # between the circle criterion's reach, 1.33, and what switching refutes
     question = (*THIRD, "--sector", "0", "2", "--time-varying")

@@ -23,6 +23,7 @@ def file(tmp_path):
     return str(tmp_path / "two.toml")
 
 
+@pytest.mark.slow
 def test_the_largest_factor_of_the_classes_of_a_file(lure, file):
     # det(1 + H G) = 1 + g_1 g_2/((s+1)(s+2)): stable for all gains above 0
     status, out, _ = lure("max-slope", "--system", file)
@@ -72,6 +73,7 @@ def test_the_systems_are_shown(lure):
     assert "Class: phi_1 = ... = phi_4 with slope in [0, 0.5]" in out
 
 
+@pytest.mark.slow
 def test_the_map_as_a_picture(lure, tmp_path, monkeypatch):
     from lure.analysis.questions import channel_map
 

@@ -42,6 +42,7 @@ def test_the_sector_of_the_issue(lure):
     assert data["hurwitz"] == [6, 6]
 
 
+@pytest.mark.slow
 def test_the_slope_of_a_published_example_with_its_counterexample(lure):
     # Carrasco et al., example 6: a monotone nonlinearity of slope 175/192 has an orbit of period 3
     status, out, _ = lure("max-slope", *EXAMPLE_6, "--json")
@@ -374,6 +375,7 @@ def test_analyse_takes_settings_and_prints_a_table_or_json(lure, tmp_path):
     assert names(tmp_path) == ["plant.toml"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_report_writes_the_page_on_a_loop(lure, tmp_path):
     (tmp_path / "plant.toml").write_text(PLANT + "[class]\nsector = [0, 5]\n")
@@ -492,6 +494,7 @@ def test_verbose_shows_every_step_and_its_time(lure, option):
     assert "criteria" not in lure("certify", *THIRD, "--sector", "0", "5", "-o", "-", option)[1].partition("{")[0]
 
 
+@pytest.mark.slow
 def test_a_report_in_limited_time_says_so_on_its_page(lure, here):
     status, out, _ = lure("report", "ct-4", "--seconds", "1e-6", "-o", "r", "-q")
     assert status == 10

@@ -153,6 +153,7 @@ def test_a_solution_that_leaves_the_range_of_doubles_gives_no_warning():
     assert any(run.finding is Finding.GROWS for run in found.trajectories)
 
 
+@pytest.mark.slow
 def test_the_class_of_no_law_is_tried_with_its_members(proof):
     assert Sector(0, 1) == proof.problem.nonlinearity_class.sector
     runs = observed(proof).trajectories
@@ -240,6 +241,7 @@ def test_a_sample_of_false_loops_is_found(proof):
     assert judged_false(list(false_loops())[5 :: sampled(72, of=24)], proof) <= SLOW_ONES
 
 
+@pytest.mark.slow
 def test_a_sample_of_true_loops_is_not_accused():
     assert accused(list(true_loops())[7 :: sampled(90, of=30)]) == []
 

@@ -146,6 +146,7 @@ def test_the_balance_with_a_relay_is_known():
 
 
 # |H(3 i sqrt 2)| is 0.07 of |H(i sqrt 2)|: the third harmonic is filtered out, and the hint comes true within 5 %
+@pytest.mark.slow
 def test_a_loop_that_filters_its_harmonics_settles_near_the_balance():
     nonlinearity = Saturation()
     (balance,) = describing_hint(THIRD_ORDER, nonlinearity).balances

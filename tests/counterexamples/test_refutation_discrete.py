@@ -237,6 +237,7 @@ def test_in_the_critical_case_the_law_lies_inside_the_open_class():
     assert verify_periodic_discrete(plant, witness.data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", seldom([1, 3, 5], 1, 3))
 def test_sector_orbits_lie_between_the_circle_criterion_and_the_slope(found, plant):
     witness = sector_witness_discrete(DISCRETE[plant])
@@ -255,6 +256,7 @@ def test_sector_orbit_of_example_6_is_exact():
     assert F(sector_witness_discrete(DISCRETE[6]).data["k"]) == F(125, 192)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 8), st.integers(0, 10**6))
 @settings(max_examples=40)
 def test_values_of_matrix_games_agree_with_a_linear_program(n, seed):
@@ -331,6 +333,7 @@ def test_steady_state_satisfies_the_difference_equation_by_convolution():
 
 # The games of (1 + 1/z + 1/z^2 + 1/z^3)/4 are degenerate, and rounding leaves one of them without a row to exchange.
 # With the gain 4 the poles are fifth roots of unity; every orbit proposed has to have a smaller one.
+@pytest.mark.slow
 def test_degenerate_games_give_no_warning_and_nothing_by_rounding_alone():
     block = RationalPlant([F(1, 4)] * 4, [1, 0, 0, 0, 0], dt=1)
     found = proposals(block, ("sector",), 4.0, tuple(range(1, 25)))

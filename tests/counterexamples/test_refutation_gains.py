@@ -139,6 +139,7 @@ def test_questions_out_of_range_are_refused():
 
 
 # poles well inside to nearly on the circle; every proof must lie strictly below every refutation
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.floats(0.2, 0.98), st.floats(0.05, 3.1)), min_size=1, max_size=2),
     st.lists(st.integers(-20, 20), min_size=1, max_size=3),

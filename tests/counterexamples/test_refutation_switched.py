@@ -60,6 +60,7 @@ def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
     assert switched_witness(block).k == pytest.approx(math.pi / 2 * 4.0004e-4, rel=1e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=15))
 @given(
     rates=st.lists(st.floats(0.2, 3), min_size=1, max_size=2),

@@ -21,6 +21,7 @@ def fetched(monkeypatch, tmp_path):
     return kept
 
 
+@pytest.mark.slow
 def test_the_page_is_a_folder_that_opens_with_the_loop(lure, here, fetched):
     (here / "plant.toml").write_text(
         '[plant]\ntransfer = "1/(s*(s+2/3))"\n[class]\nslope = [0, 5.9]\nodd = true\n', encoding="utf-8"

@@ -22,6 +22,7 @@ def ask(kind, **fields):
     return json.loads(respond(json.dumps({"ask": kind, **fields})))
 
 
+@pytest.mark.slow
 def test_without_other_packages_a_largest_sector_is_that_of_the_command():
     script = f"from explored import LOOPS, answers\nimport json\nprint(json.dumps(answers(LOOPS[:{len(LOOPS) // 10}])))"
     head = f"import sys\nsys.path.insert(0, 'tests/support')\nfor name in {WITHOUT}:\n    sys.modules[name] = None\n"
@@ -35,6 +36,7 @@ def test_without_other_packages_a_largest_sector_is_that_of_the_command():
     assert {found["verdict"] for found in served} == {"PROVED", "REFUTED"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "odd"), [("slope", False), ("odd", True)])
 def test_a_largest_slope_is_that_of_the_command(kind, odd):
     found = ask("largest", system="dt-6", **{"class": kind})
@@ -79,6 +81,7 @@ def k_of(found):
 
 
 # Park's multiplier 1 + theta s - tau s^2 is none of a line; theta = 3/2 is one of Popov's for 1/(s (s + 1)(s + 2)).
+@pytest.mark.slow
 def test_only_the_multiplier_1_plus_theta_s_is_a_line():
     park = {"num": "1.57,-1.0,-0.15", "den": "1.0,6.434,16.907,25.875,19.258", "class": "odd", "lower": "0.1"}
     for kind, name in [("largest", "criterion"), ("class", "theorem")]:

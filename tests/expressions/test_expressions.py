@@ -97,6 +97,7 @@ def differentiated(nonlinearity, *, times):
     return nonlinearity
 
 
+@pytest.mark.slow
 def test_derivatives_that_explode_are_refused_and_deep_ones_still_evaluate():
     nested = of_t("/".join(["(t + 2)"] * 15))
     deep = nested.derivative("t").derivative("t")

@@ -72,6 +72,7 @@ def test_what_is_refused_ends_with_status_2(options, message, capsys):
     assert not captured.out
 
 
+@pytest.mark.slow
 def test_a_figure_is_written_once(tmp_path, capsys):
     path = tmp_path / "data.svg"
     assert main(["sector", str(EXAMPLE), "--plot", str(path)]) == 0
@@ -111,6 +112,7 @@ def test_the_figure_of_the_fit_shows_the_interval_of_the_gap():
     assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx(fit.parameters["gap"].joint)
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_every_time_and_unbounded_sectors_can_be_drawn():
     draw = partial(plot_measured, REPORT.sector)
     assert render(draw, name="x") == render(draw, name="x")

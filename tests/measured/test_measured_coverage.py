@@ -77,6 +77,7 @@ def test_the_bounds_of_a_smooth_law_are_not_wide():
     assert found.slope_lower.bound > -0.25 * 100e3
 
 
+@pytest.mark.slow
 def test_no_confidence_is_stated_for_a_law_that_bends_within_its_pieces():
     found = bounded("stretched", 0, 0.001)
     assert not found.resolved

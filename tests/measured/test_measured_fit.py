@@ -43,6 +43,7 @@ def test_the_truth_lies_in_the_stated_box_in_95_of_100_sets(m, kind):
     assert (alone >= {20: 16, 100: 88}[count]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", rarely(range(4), 1, 2))
 def test_a_few_sets_of_the_same(seed):
     data, truth = compliance_data([8, seed], noise=NOISE[3 * seed])
@@ -54,6 +55,7 @@ def test_a_few_sets_of_the_same(seed):
 
 
 # An interval that is too wide also fails: with n rows of noise s the error of m falls like s/sqrt(n).
+@pytest.mark.slow
 def test_intervals_shrink_with_the_noise_and_the_number_of_rows():
     def width(noise, rows):
         fit = fit_compliance(compliance_data(3, noise=noise, rows=rows)[0])
@@ -105,6 +107,7 @@ def test_the_example_is_what_its_script_makes_and_the_fit_finds_how():
     assert fit.misfit > 0.01
 
 
+@pytest.mark.slow
 def test_units_do_not_matter():
     data, _ = compliance_data(11, m=1.0)
     first = fit_compliance(data)
@@ -117,6 +120,7 @@ def test_units_do_not_matter():
     assert second.parameters["gap"].joint[0] == pytest.approx(1e3 * first.parameters["gap"].joint[0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_law_of_another_shape_is_said_to_contradict():
     u = np.linspace(0, 1e-3, 200)
     load = 50 * np.tanh(u / 2e-4) + 0.1 * np.random.default_rng(0).standard_normal(200)

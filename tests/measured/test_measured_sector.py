@@ -53,6 +53,7 @@ def holds(found, chords, slopes):
 
 
 # 15 of 16 are expected; 12 or fewer is a chance of 1 in 100 at exactly 95 %
+@pytest.mark.slow
 @pytest.mark.parametrize("name", rarely([*INSIDE, *SMOOTH], "linear", "power 1.5"))
 def test_the_true_bounds_lie_inside_as_often_as_is_stated(name):
     nonlinearity, chords, slopes = {**INSIDE, **SMOOTH}[name]

@@ -178,6 +178,7 @@ def test_a_region_from_a_file_is_accepted_by_both_checkers(folder, proof):
     assert before.max() < 1e-2
 
 
+@pytest.mark.slow
 def test_a_changed_weight_sector_or_sign_is_refused_by_both(proof):
     good = proof.certificate
     terms = good["multiplier"]["terms"]

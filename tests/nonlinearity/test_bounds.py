@@ -50,6 +50,7 @@ def check_law(made):
             check(pair[1], truth[1], 1, made, scale=scale)
 
 
+@pytest.mark.slow
 def test_laws_with_known_bounds():
     for made in nonlinearities(1, piecewise_linear=60, polynomial=40, rational=20, saturating=12):
         check_law(made)
@@ -276,6 +277,7 @@ def test_roots_closer_to_a_short_rational_than_the_working_precision_are_told_fr
     assert found.sector_upper.outer >= most
 
 
+@pytest.mark.slow
 def test_a_tail_that_does_not_settle_is_not_certified():
     found = nonlinearity_bounds("sin(x**2)/2 + x")  # the slope 1 + x cos(x^2) has no bounds, which is not shown
     assert (found.slope_lower.outer, found.slope_upper.outer) == (-INF, INF)
@@ -285,6 +287,7 @@ def test_a_tail_that_does_not_settle_is_not_certified():
     assert nonlinearity_bounds("x*log(2 + abs(x))").within(Sector(0, 10**300)) is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_values_beyond_the_doubles_are_no_obstacle():
     found = nonlinearity_bounds("x*((abs(sin(x)) * x**3))")
     assert found.sector.upper > 1e300  # x^3 |sin x| grows without bound
@@ -318,6 +321,7 @@ def test_documents_and_sentences():
     assert "certified" in str(found)
 
 
+@pytest.mark.slow
 def test_when_the_time_is_over_the_bounds_hold_and_are_said_to_be_the_best_so_far(monkeypatch):
     text = "sigma*(1 + log(2 + sin(1/(sigma**2 + 0.01))))"
     whole = nonlinearity_bounds(text)

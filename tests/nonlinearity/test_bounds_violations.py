@@ -53,6 +53,7 @@ def test_points_stay_on_the_interval():
     assert all(abs(x) <= 1 for x in pair.points)
 
 
+@pytest.mark.slow
 def test_every_bound_just_too_narrow_is_refuted_with_a_point():
     share = Fraction(1, 1000)
     for made in nonlinearities(7, piecewise_linear=15, polynomial=15, rational=10):

@@ -16,6 +16,7 @@ def printed(text):
     return [Fraction(end) for end in re.search(r"sector \[(\S+), (\S+)\]", text).groups()]
 
 
+@pytest.mark.slow
 def test_a_bound_that_is_not_known_is_not_printed_as_one(monkeypatch):
     # x/(sin(x) - 1) has poles: values as large as one likes between the points looked at
     monkeypatch.setattr(search, "MOST_BOXES", sampled(400, of=search.MOST_BOXES))  # every one is looked at

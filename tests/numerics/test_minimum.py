@@ -83,6 +83,7 @@ def test_a_minimum_at_an_end_is_found(sign, value):
     assert found.low <= ball(value) <= found.high
 
 
+@pytest.mark.slow
 def test_a_function_that_is_nowhere_finite_gives_no_lower_bound():
     found = minimum(lambda x: x / (x - x), arb(0), arb(1), width=close)
     assert not found.low.is_finite()

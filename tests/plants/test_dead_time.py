@@ -82,6 +82,7 @@ def test_nothing_on_the_axis_breaks_a_certified_inequality(delay, fast, slow):
     assert popov.largest.low < limit.high
 
 
+@pytest.mark.slow
 def test_time_scale_and_gain():
     slow = popov_largest(DelayPlant.parse("3*exp(-s)/((2*s + 1)*(4*s + 1))"))
     fast = popov_largest(DelayPlant.parse("exp(-s/10)/((s/5 + 1)*(2*s/5 + 1))"))

@@ -58,6 +58,7 @@ def test_states_that_come_back_late_stay():
         assert certify(found, [Sector(0, Fraction(1, 2))] * len(pairs)).verdict is Verdict.REFUTED
 
 
+@pytest.mark.slow
 def test_classes_by_the_names_of_the_channels():
     plant = lft(PLANT, {"a": ("y1", "u"), "b": ("y2", "v")})
     by_name = max_sector(plant, {"b": Sector(0, 2), "a": Sector(0, 1)}, criterion="circle")

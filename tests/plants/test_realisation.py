@@ -156,6 +156,7 @@ def test_no_state_and_no_feedthrough_is_no_system():
     assert StateSpace([[-1]], [1], [1]).to_control().dt == 0
 
 
+@pytest.mark.slow
 def test_a_proof_about_a_finely_sampled_plant_is_not_contradicted_by_its_simulation():
     plant = control.c2d(coupled_oscillators(2), 1e-4)  # its companion form in doubles grows within seconds
     assert tried(as_plant(plant), Saturation(), conclusion="0 attracts").contradiction is None

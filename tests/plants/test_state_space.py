@@ -112,6 +112,7 @@ def test_a_long_chain_neither_overflows_nor_loses_its_small_gain(n, g):
 
 
 # Weak couplings 1e-8 below a full upper triangle: the substitution is rescaled while sums over it are under way.
+@pytest.mark.slow
 def test_rescaling_reaches_the_sums_under_way():
     rng = np.random.default_rng(5)
     n = 70

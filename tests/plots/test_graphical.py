@@ -292,6 +292,7 @@ def test_a_page_has_its_own_figure_its_evidence_and_what_proves_it():
     assert popov_response(THIRD)._repr_html_() == first
 
 
+@pytest.mark.slow
 def test_the_numbers_go_to_json_and_to_xarray():
     pytest.importorskip("xarray")
     for response in (popov_response(THIRD), nyquist_response(LARGE), popov_response("1/(s*(s+1))")):

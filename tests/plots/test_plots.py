@@ -166,6 +166,7 @@ def test_the_popov_line_passes_through_minus_one_over_the_sector_with_slope_one_
 
 
 # The least value drawn can be larger than the infimum over all frequencies, but not by much, and never smaller.
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["scheme", "rod"])
 @given(damping=st.fractions(Fraction(1, 10**6), 10**3, max_denominator=10**6), cells=st.integers(1, 300))
 def test_the_curve_drawn_comes_down_to_the_margin_and_not_below(name, damping, cells):

@@ -36,6 +36,7 @@ def test_what_is_not_there_is_an_attribute_error():
         lure.analysis.plots.plot_nothing  # noqa: B018  (the access is tested)
 
 
+@pytest.mark.slow
 def test_every_figure_can_be_imported_first_and_without_matplotlib():
     imports = "; ".join(f"from {package} import {name}" for package, _, name in DRAWN)
     code = f"import sys; {imports}; print('matplotlib' in sys.modules)"

@@ -52,6 +52,7 @@ def test_the_verdict_turns_at_the_limit(j):
         assert isinstance(against.shown, Refuted)
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(
     roots=st.lists(st.fractions(Fraction(1, 5), 5, max_denominator=20), min_size=2, max_size=4),

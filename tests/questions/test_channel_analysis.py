@@ -49,6 +49,7 @@ def test_the_classes_asked_about_and_every_factor_of_them(found):
     assert all(recheck(dict(one.certificate)).accepted for one in found.certificates)
 
 
+@pytest.mark.slow
 def test_the_map_is_a_staircase_below_and_above_the_hyperbola(found):
     assert len(found.map.proved) == len(found.map.refuted) == 7
     for k1, k2 in found.map.proved:

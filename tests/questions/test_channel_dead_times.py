@@ -52,6 +52,7 @@ def test_time_varying_sectors_are_proved_by_the_circle_criterion_alone():
     assert found.largest.low == pytest.approx(2.97804, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_rectifiers_beside_dead_time_are_functions_of_a_sector_to_both_checkers():
     plant = as_plant([["exp(-s/5)/(s+2)", "1/(s+1)"], ["-1/(s+3)", "1/(s+2)"]])
     shown = certify(plant, [NonlinearityClass.relu(), Sector(0, 1)]).shown
@@ -61,6 +62,7 @@ def test_rectifiers_beside_dead_time_are_functions_of_a_sector_to_both_checkers(
     assert_both_reject(edited(refuted, "laws", "channels", 0, value=relu))  # no gain is one
 
 
+@pytest.mark.slow
 def test_an_integrator_with_dead_time_converges_up_to_its_crossing():
     # i w + k exp(-i w) = 0 at w = k = pi/2
     found = max_sector(as_plant([["exp(-s)/s", "0"], ["0", "1/(s+1)"]]), UNIT)
@@ -68,6 +70,7 @@ def test_an_integrator_with_dead_time_converges_up_to_its_crossing():
     assert str(found).startswith("Every solution converges to the set of equilibria")
 
 
+@pytest.mark.slow
 def test_sectors_around_0_and_constant_gains():
     # |exp(-s)/(s+1)| <= 1 with 1 at 0: operators and sectors up to 1; gains in [-a/2, a] up to the crossing 2.2618
     one = as_plant([["exp(-s)/(s+1)", "0"], ["0", "exp(-2*s)/(s+1)"]])
@@ -107,6 +110,7 @@ def test_one_channel_with_dead_time_is_a_matrix_like_others():
         region("exp(-s)/(s+1)", [Sector(0, 1)])
 
 
+@pytest.mark.slow
 def test_lower_bounds_above_0_shift_the_loop():
     # i w + k exp(-i w) = 0 at k = pi/2; k exp(-s/5)/(s - 1): w = tan(w/5) = 7.16, k = sqrt(1 + w^2) = 7.22966
     for formula, low, end in (("exp(-s)/s", 0.5, np.pi / 2), ("exp(-s/5)/(s-1)", 2, 7.22966 / 3)):
@@ -138,6 +142,7 @@ def test_bounds_that_are_no_doubles_are_refuted_by_gains_within_them(plant, boun
     assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.slow
 def test_a_delay_known_by_its_bound_adds_to_one_that_is_known():
     # x' = -x(t - 1 - tau) up to pi/2 - 1, the factor of .5; with the rate .1 what is shown ends before
     found = max_sector("exp(-s)/s", [NonlinearityClass.delayed(0.5)])
@@ -186,6 +191,7 @@ def test_no_gain_of_what_is_proved_is_unstable(seed):
         assert abs(turned[-1] - turned[0]) < 1, (rows, gains)
 
 
+@pytest.mark.slow
 def test_a_system_from_a_file_is_analysed_and_written_back(tmp_path):
     path = tmp_path / "loop.toml"
     path.write_text(
@@ -351,6 +357,7 @@ def test_a_member_that_grows_unseen_refutes_no_gain():
     assert found.gain.low < 0.334
 
 
+@pytest.mark.slow
 def test_the_gain_of_a_plant_with_dead_time_is_met_from_both_sides():
     # z = H (w - phi) with |H| <= H(0) = 1 and |phi| <= |z|/2: |z| <= |w| + |z|/2, with equality at 0 for phi = -z/2
     lag = "exp(-s)/(s+1)"
@@ -363,6 +370,7 @@ def test_the_gain_of_a_plant_with_dead_time_is_met_from_both_sides():
     assert found.performance.Cz == ((0,),)
 
 
+@pytest.mark.slow
 def test_what_z_sees_late_and_at_once_in_a_file(tmp_path):
     # from w at the sensor to mu: -g/(1 + g H), |1 + g H| >= 1/2 as |g H| <= 1/2; |H| is least far out, where it is g
     (tmp_path / "loop.toml").write_text(

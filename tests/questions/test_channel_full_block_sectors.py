@@ -66,6 +66,7 @@ def test_a_function_of_the_block_is_more_than_one_in_each_channel():
     assert certify(rows, pair(0, 3.9)).verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_beside_other_classes_and_from_w_to_z():
     lag = BLOCK(0, 1)
     rows = [["1/(s+1)^3", "0", "0"], ["0", "1/(s+1)^3", "0"], ["0", "0", "1/(s+1)^3"]]
@@ -106,6 +107,7 @@ def test_a_function_at_each_time_in_the_sector_has_a_rate(rows, low, dt, rate):
         assert_both_reject(edited(dict(found.proof.certificate), "laws", "channels", value=laws))
 
 
+@pytest.mark.slow
 def test_members_refute_an_operator_beside_a_block():
     A, B = [[-0.9, 0.56], [0.14, -4.46]], [[-1, -0.3, -1], [2.2, 2.2, -0.7]]
     plant = as_plant((A, B, [[0.3, -1.1], [-1.7, 0], [-1.6, -0.7]], [[0, 0.9, 0.2], [0, 0, 0.9], [0, 0, 0]]))
@@ -119,6 +121,7 @@ def test_members_refute_an_operator_beside_a_block():
         assert_both_reject(edited(data, "proof", "gains", value=gains))
 
 
+@pytest.mark.slow
 def test_beside_dead_times_a_block_has_one_weight():
     # exp(-s)/(s + 1) twice: Re H = (cos w - w sin w)/(1 + w^2) > -1/k, which is the circle criterion of one channel
     w = np.linspace(1, 3, 100_001)

@@ -21,6 +21,7 @@ def largest_singular_value(plant, points):
 
 
 # one block alone: the small gain theorem is sharp, |Delta| < 1/||H||, for any causal operator and for linear ones
+@pytest.mark.slow
 @pytest.mark.parametrize(("dt", "one"), rarely(product((None, 1), (ANY, INVARIANT)), (None, ANY), (1, INVARIANT)))
 def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one, dt):
     A = [[-0.4, -1.0], [1.0, -0.2]] if dt is None else [[0.5, -0.6], [0.6, 0.2]]
@@ -55,6 +56,7 @@ def test_several_operators_are_refuted_where_the_proof_ends(seed, dt):
     assert recheck(dict(found.refutation.certificate)).accepted
 
 
+@pytest.mark.slow
 def test_time_invariant_operators_have_scalings_that_others_have_not():
     # H = [[0, a], [b, 0]] with |a| = 1/|1 + s|, |b| = |s|/|1 + s|: det(1 + H Delta) = 1 - a b Delta_1 Delta_2, so the
     # truth is 1/r^2 = max |a b| = 1/2 for linear ones; with constant scalings max(|a| d, |b|/d) >= 1
@@ -68,6 +70,7 @@ def test_time_invariant_operators_have_scalings_that_others_have_not():
 
 # delta I beside H: 1/max rho(H); H = [[1, 2], [0, 1/2]]/(s + 1) has the eigenvalue 1/(s + 1), of modulus 1 at 0, where
 # |H| is 2.29; in discrete time [[1, 2], [0, 1/2]]/(2 z + 1), of modulus 1 at z = -1
+@pytest.mark.slow
 @pytest.mark.parametrize(("below", "dt"), rarely([("(s+1)", None), ("(2*z+1)", 1)], ("(2*z+1)", 1)))
 def test_one_scalar_operator_in_two_channels_reaches_the_inverse_of_the_spectral_radius(below, dt):
     plant = as_plant([[f"1/{below}", f"2/{below}"], ["0", f"1/(2*{below})"]], dt=dt)
@@ -81,6 +84,7 @@ def test_one_scalar_operator_in_two_channels_reaches_the_inverse_of_the_spectral
 
 # s + 1 + g J, J = [[0, -1], [1, 0]], has the eigenvalues -1 +- i g: no gain in both channels destabilises, and
 # beside it 1/(s + 2) and an operator on a third channel meet at 2
+@pytest.mark.slow
 def test_one_gain_in_two_channels_beside_an_operator_has_skew_scalings():
     A, turn = np.diag([-1.0, -1, -2]), np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     one = NonlinearityClass.constant_gain(-1, 1)
@@ -156,6 +160,7 @@ def test_one_channel_may_have_an_operator_and_a_list_says_so():
 CYCLE = as_plant(([[-2, -3], [1, 1]], [[1, 0], [0, 0]], [[1, 0], [0, 0]], [[1, -2], [1, -1]]))
 
 
+@pytest.mark.slow
 def test_a_scalar_operator_has_scalings_where_d_has_a_cycle():
     # delta I destabilises from 1/rho on, the largest modulus of an eigenvalue of H; the norm of H is 1/.3016
     exact = 1 / np.abs(np.linalg.eigvals(CYCLE.transfer(1j * np.linspace(0.5, 2, 20001)))).max()

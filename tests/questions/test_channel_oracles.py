@@ -171,6 +171,7 @@ def test_a_normal_matrix_times_a_scalar_splits_over_its_eigenvalues(discrete, se
 
 
 # T H T^-1: an operator on all channels is one again for T orthogonal, one gain or one scalar operator for every T.
+@pytest.mark.slow
 @TIMES
 @FEW
 @given(seed=SEEDS, kind=st.sampled_from(["operator", "invariant", "gain", "scalar"]))
@@ -197,6 +198,7 @@ def test_turned_channels_have_the_answer_of_one_block_on_all_of_them(discrete, s
 SIZES = {"rounds": sampled(1, of=2), "count": sampled(16, of=40), "windows": sampled(5, of=7)}
 
 
+@pytest.mark.slow
 @TIMES
 @FEW
 @given(seed=SEEDS, kinds=st.lists(st.sampled_from(sorted(MEMBERS)), min_size=2, max_size=2), same=st.booleans())

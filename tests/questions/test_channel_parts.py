@@ -103,6 +103,7 @@ def test_the_answer_is_the_least_of_those_of_the_channels_alone(drawn, one):
     assert (found.refuted_at or np.inf) == pytest.approx(high, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_one_class_is_proved_or_refuted_with_all_parts_or_by_one():
     plant = beside(INTEGRATOR, "2/(s+1)^3")
     proved = certify(plant, [Sector(0, 5), Sector(0, 3.9)])
@@ -161,6 +162,7 @@ def test_hidden_modes_and_channels_without_states_belong_to_a_part():
 
 # with the factor 8/10 the class [0, 10] of the first ends where its loop does, and beyond 9/10 the other has a class:
 # each factor is refuted; (s + 1)^-2 ends between 16.52, which is proved, and 16.85, and 84/100 of 20 is 16.8
+@pytest.mark.slow
 def test_a_factor_that_leaves_a_channel_no_class_is_not_proved():
     found = max_sector(beside(THIRD, "1/(s+1)"), [Sector(0, 10), Sector(0.9, 1)])
     assert (found.verdict, found.refuted_at) == (Verdict.REFUTED, 0)

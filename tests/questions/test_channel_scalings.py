@@ -27,6 +27,7 @@ def bound(one):
     return max_sector(PLANT, [one, INVARIANT])
 
 
+@pytest.mark.slow
 def test_scalings_of_two_operators_meet_the_counterexample():
     found = bound(INVARIANT)
     assert found.criterion == "matrix-scalings"
@@ -36,6 +37,7 @@ def test_scalings_of_two_operators_meet_the_counterexample():
     assert constant == pytest.approx((3 / 8) ** 0.5, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_constant_gain_beside_an_operator_has_scalings_of_either_sign():
     # g in [-1, k], |Delta| <= k: with g = -1 stable while k sqrt 2 < 1
     found = bound(GAIN)

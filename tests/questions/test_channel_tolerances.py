@@ -61,6 +61,7 @@ def test_the_member_of_a_box_has_the_worst_gains_of_all_channels():
 
 # m x'' + c x' + k x = -phi + m b w, z = x: with phi = 0 the largest of m b |1/(k - m v + i c sqrt(v))|, v >= 0, is
 # b m/(c sqrt(k/m - c^2/(4 m^2))), 3.651067 at b = 6/5, m = k = 3/2, c = 1/2.  That is the 13th of 16 corners
+@pytest.mark.slow
 def test_a_box_of_four_parameters_whose_last_corners_are_the_worst_is_not_cut():
     box = {"m": ("0.5", "1.5"), "k": ("1.5", "2.5"), "c": ("0.5", "1.5")}
     family = PlantFamily.of_matrices([[0, 1], ["-k/m", "-c/m"]], [0, "1/m"], [1, 0], 0, box)
@@ -78,6 +79,7 @@ def test_no_gain_is_finite_where_one_plant_is_unstable():
 
 
 # x1' = -a x1 - phi2(x2), x2' = -x2 + phi1(x1) ... of positive systems the linear gains decide: k1 k2 < a: factor 1
+@pytest.mark.slow
 def test_positive_systems_in_two_channels_reach_the_linear_gains_of_the_worst_plant():
     sides = [["-a", 0], [0, -1]], [[0, -1], [-1, 0]], [[1, 0], [0, 1]]
     family = ChannelFamily.of_matrices(*sides, None, {"a": (1, 2)})
@@ -112,6 +114,7 @@ def test_the_intervals_of_several_channels_grow_up_to_the_plant_that_is_unstable
         tolerances(family)
 
 
+@pytest.mark.slow
 def test_the_factor_of_a_box_is_sought_far_below_that_of_its_plants(monkeypatch):
     # 1/(100 (s + a)^2) is served up to 800 a^2 by the circle criterion; boxes are said to fail from 50 on
     family = ChannelFamily.of_matrices([["-a", 1], [0, "-a"]], [[0], [1]], [["1/100", 0]], None, {"a": (1, 2)})
@@ -155,6 +158,7 @@ Cz = [[1, 0]]
 """
 
 
+@pytest.mark.slow
 def test_a_file_with_parameters_is_asked_for_its_gain(tmp_path, capsys):
     path = tmp_path / "servo.toml"
     path.write_text(SERVO)
@@ -300,6 +304,7 @@ Cz = [["g"]]
 
 
 # x' = -2 x - phi + 2 b w, z = 3 x: with phi = 0 the gain is 3 b, and no more, by V = x^2: largest 33/10 at b = 11/10
+@pytest.mark.slow
 def test_a_parameter_and_constants_may_occur_in_the_performance_alone():
     system = parse_system(LAG, name="loop", source="a test")
     found = l2_gain(system)
@@ -335,6 +340,7 @@ def test_parameters_of_a_performance_that_do_not_fit_are_refused(stated, said):
 # With phi = 0 constants have the gain 1, that of a/(s + a) at 0.  For all a in [1, 2] at once V = p x^2 needs
 # 2 p a x^2 - 2 p a x w + g w^2 - x^2 >= 0, so (2 p a - 1) g >= p^2 a^2: the roots a = (g -+ sqrt(g^2 - g))/p are to be
 # 1 and 2, so that 2 g = 3 p and g = 2 p^2, p = 3/4, g = 9/8
+@pytest.mark.slow
 def test_a_formula_does_not_make_constants_of_parameters_that_change():
     constant, moved = (
         l2_gain(

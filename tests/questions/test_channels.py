@@ -167,6 +167,7 @@ def test_a_channel_with_a_lower_bound_below_zero_and_an_unstable_plant():
     assert "whatever the factor" in str(below)
 
 
+@pytest.mark.slow
 def test_lower_bounds_far_above_zero_do_not_hide_small_factors():
     # 1/(s + 1)^3 is stable with gains up to 8: the factor 4; from 0.75 on the upper bound 2 is above the lower one 1.5
     plant = as_plant([["1/(s+1)^3", "0"], ["0", "1/(s+1)"]])
@@ -174,6 +175,7 @@ def test_lower_bounds_far_above_zero_do_not_hide_small_factors():
     assert 1 < max_sector(plant, varying, criterion="diagonal-circle").largest.low < 4
 
 
+@pytest.mark.slow
 def test_one_class_is_decided_as_it_is_given():
     assert certify(FETZER, [SlopeBounds(0, 0.5)] * 4).verdict is Verdict.PROVED
     refuted = certify(FETZER, [SlopeBounds(0, 0.6)] * 4)
@@ -300,6 +302,7 @@ def test_lower_bounds_for_which_the_loop_has_no_solution_refute_the_class_as_it_
     assert found.certificate["proof"]["gains"] == ["1", "0"]
 
 
+@pytest.mark.slow
 def test_poles_at_zero_that_the_theorem_does_not_cover_are_refused_unless_the_lower_bounds_move_them():
     plant = as_plant([["1/s", "1/s"], ["1/(s+1)", "1/(s^2+s)"]])
     critical = certify(plant, [ONE] * 2)
@@ -328,6 +331,7 @@ def test_one_odd_nonlinearity_twice_of_the_same_signal():
     assert max_slope(plant, [odd, odd]).refuted_at < 1.001
 
 
+@pytest.mark.slow
 def test_a_rectifier_around_one_channel():
     # x+ = x/2 - k max(x, 0): below 0 it decays by itself, so that every k serves; a gain fails from 3/2 on
     plant, relu = as_plant(([1], [1, "-1/2"]), dt=1), NonlinearityClass.relu(0, 2)
@@ -358,6 +362,7 @@ def test_a_hundred_rectifiers():
     assert recheck(dict(found.shown.certificate)).accepted
 
 
+@pytest.mark.slow
 def test_a_factor_of_rectifiers_is_proved_alone():
     # mutual inhibition, x_1' = -x_1 - k max(x_2, 0) and the same turned round, is stable for every k, gains for k < 1
     plant = as_plant(([[-1, 0], [0, -1]], [[0, 1], [1, 0]], [[1, 0], [0, 1]]))

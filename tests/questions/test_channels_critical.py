@@ -63,6 +63,7 @@ def test_loops_beside_each_other_reach_as_far_as_the_least(plant):
     assert recheck(dict(found.proof.certificate)).accepted
 
 
+@pytest.mark.slow
 def test_by_a_matrix_as_far_as_by_a_determinant(monkeypatch):
     monkeypatch.setattr(channels, "MOST_STATES", 0)
     found = max_sector(similar(beside(PARTS[0][0], PARTS[1][0]), unimodular(6)), [ONE] * 2)
@@ -142,6 +143,7 @@ def test_integrators_without_the_hypotheses_are_not_certified(name):
     assert found.verdict is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_a_residue_with_a_negative_eigenvalue_is_refuted_by_small_gains():
     found = max_sector(REFUSED["a negative eigenvalue"][0], [ONE] * 2)
     assert found.proof is None

@@ -104,6 +104,7 @@ def gains(*tops):
     return [NonlinearityClass.constant_gain(0, top) for top in tops]
 
 
+@pytest.mark.slow
 def test_unknown_constant_gains_are_decided_up_to_those_that_destabilise():
     found = second(max_sector(OPPOSITE, gains(1, 1, 1, 1)))
     assert found.criterion == "constant-gains"
@@ -133,6 +134,7 @@ def test_random_gains_of_a_proved_box_are_stable_and_some_just_beyond_are_not(di
             assert (np.abs(poles).max() < 1) if discrete else (poles.real.max() < 0)
 
 
+@pytest.mark.slow
 def test_one_gain_in_two_channels_is_proved_where_two_gains_destabilise():
     # x' = -x - g x + h x: with one gain g = h it is -1 whatever it is, with two gains g = 0, h = 1 it is 0
     plant = as_plant(([["-1"]], [[1, -1]], [[1], [1]], [[0, 0], [0, 0]]))

@@ -382,6 +382,7 @@ def test_a_kernel_is_weighed_by_its_transform():
 
 # x' = -3 x1 + x2 .., positive (A Metzler, B, C >= 0 after the sign): the rate is that of the largest gains, an
 # eigenvalue of [[-3 + 1, 1], [0, -4 + 1]]
+@pytest.mark.slow
 def test_positive_loops_of_two_channels_have_the_rate_of_their_largest_gains():
     plant = ([[-3, 1], [0, -4]], [[1, 0], [0, 1]], [[-1, 0], [0, -1]], [[0, 0], [0, 0]])
     found = decay_rate(plant, [varying(0, 1)] * 2)

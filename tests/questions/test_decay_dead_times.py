@@ -34,6 +34,7 @@ def test_a_rate_is_proved_up_to_a_pole_of_a_plant_with_dead_time():
     assert found.rate.low <= 0.984 <= found.rate.high
 
 
+@pytest.mark.slow
 def test_an_integrator_with_dead_time_and_the_gain_0_does_not_decay():
     # x' = 0 is a loop of the class; nothing is claimed at the rate 0, where the theorem speaks of convergence alone
     found = decay_rate("0.28*exp(-s)/s", SlopeBounds(0, Fraction("1.66")))
@@ -75,6 +76,7 @@ def test_the_roots_drawn_are_those_with_dead_time():
     assert max(drawn) == pytest.approx(special.lambertw(-0.2).real, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_published_rate_of_a_retarded_equation_is_met():
     # x' = [-4 1; 0 -4] x + [.1 0; 4 .1] x(t - 1/2), published rate 1.1534: 4 - r = e^(r/2)/10 + 2 e^(r/4)
     rows = [tuple(tuple(Fraction(str(v)) for v in row) for row in side) for side in ([[0.1, 0], [4, 0.1]], [[0, 0]])]

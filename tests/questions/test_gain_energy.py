@@ -56,6 +56,7 @@ def test_a_direct_term_has_no_peak():
     assert "a direct term" in found.reason
 
 
+@pytest.mark.slow
 def test_no_solution_of_an_oscillator_with_jumping_gains_does_more():
     found, step = energy_bounds(*OSCILLATOR), 0.02
     rng = np.random.default_rng(3)

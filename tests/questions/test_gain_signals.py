@@ -119,6 +119,7 @@ def test_what_is_altered_is_refused_by_both():
 
 
 # x' = -x - max(x, 0) + w behind a lag: the ReLU sees the disturbance late, and another sees that one at once.
+@pytest.mark.slow
 def test_functions_in_layers_are_followed_too():
     plant = ([[-1, 0], [0, -1]], [[0, 1], [0, 0]], [[0, 1], [0, 0]], [[0, 0], [-2, 0]])
     performance = {"Bw": [[0], [1]], "Cz": [[1, 0]], "Dzmu": [[0, 0]]}
@@ -222,6 +223,7 @@ TURNING = as_plant(([[F(1, 2), F(1, 2)], [F(-1, 2), F(1, 2)]], [[F(1, 2)], [0]],
 TURNED = {"Bw": [[1], [0]], "Cz": [[1, 0]]}
 
 
+@pytest.mark.slow
 def test_gains_that_jump_get_more_through_a_sector_in_samples():
     sector = NonlinearityClass(sector=Sector(F(-1, 4), F(1, 4)))
     low, good = shown_below(TURNING, [sector], TURNED, worst=True)

@@ -395,6 +395,7 @@ def test_a_class_needs_no_list_and_finite_bounds():
         l2_gain(plant, Sector(0, 1), {"Bw": [0, F(1, 3)], "Cz": [[1]]})
 
 
+@pytest.mark.slow
 def test_certificates_are_named_with_their_side_and_replaced_if_asked(lure, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "loop.toml").write_text(
@@ -567,6 +568,7 @@ def test_gains_beside_linear_members_are_met_from_both_sides(kind, r, criterion,
     assert all(recheck(dict(one)).accepted for one in found.certificates.values())
 
 
+@pytest.mark.slow
 def test_multipliers_by_pieces_are_for_gains_that_are_constant_alone():
     certificate = dict(l2_gain(DEMO, demo("gains", 0.3), OF_DEMO, criterion="piecewise-circle").certificates["high"])
     first = certificate["laws"]["channels"][0]

@@ -101,6 +101,7 @@ def test_a_direct_term_without_dead_time_needs_slopes(text):
     assert max_sector(text).verdict is not Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_an_unstable_delay_in_the_denominator_is_refuted_and_a_gain_of_the_class_helps():
     # s + 2 exp(-s): 2 > pi/2; 1/(s - 1 + exp(-s)/2): s - 1/2 at 0
     for plant in ("1/(s + 2*exp(-s))", "1/(s - 1 + exp(-s)/2)"):
@@ -180,6 +181,7 @@ def test_gains_below_0_may_refute_every_class():
     assert max_sector("-exp(-s)/(s+1)", lower=-2).largest.low == pytest.approx(1, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_more_than_the_certificate_shows_is_refused():
     found = max_sector("exp(-s)/s", lower=0.5)
     for changed in ({"lower": Fraction(0)}, {"largest": replace(found.largest, low=1.5709, high=1.6)}):

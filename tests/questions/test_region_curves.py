@@ -75,6 +75,7 @@ def test_the_area_of_an_antistable_loop_under_saturation_is_enclosed(held):
     assert low < truth < high < 1.006 * low
 
 
+@pytest.mark.slow
 def test_both_checkers_accept_the_curves(oscillator, held):
     for found in (oscillator, held):
         for shown in (found.proof, found.refutation):
@@ -226,6 +227,7 @@ def test_a_spring_that_softens_has_a_level_set_that_is_larger_than_a_published_o
     assert not any(first.contains([side * 1.7330, 0]) for side in (1, -1))  # beyond sqrt(3) solutions leave
 
 
+@pytest.mark.slow
 def test_a_polygon_within_the_unit_disc_is_smaller_the_less_is_known_of_the_bend():
     def value(points):
         return (points**2).sum(axis=1)
@@ -253,6 +255,7 @@ def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):
     assert not oscillator.sets[0].contains([2.5, 0])
 
 
+@pytest.mark.slow
 def test_nothing_leaves_the_inner_curve_and_nothing_comes_in_through_the_outer(held):
     angles = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)

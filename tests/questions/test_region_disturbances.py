@@ -33,6 +33,7 @@ def test_the_energy_of_one_state_is_sharp():
     assert 0.75 * (1 - 1e-5) < found.reachable.energy < 0.75
 
 
+@pytest.mark.slow
 def test_both_checkers_accept_it_and_no_more(held):
     certificate = held.reachable.proof.certificate
     assert check(certificate).claim.startswith(recheck(certificate).reason)
@@ -55,6 +56,7 @@ def test_both_checkers_accept_it_and_no_more(held):
     assert_both_reject(stays, stored=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("push", rarely([1.5, 2.0, 3.0, 30.0], 2.0, 3.0))
 def test_no_disturbance_of_that_energy_leaves_the_ellipsoid(held, push):
     # w along B'Px pushes V up the fastest, from a small start; when its energy is spent the state returns
@@ -150,6 +152,7 @@ def test_no_reference_of_that_energy_leaves_the_ellipsoid(tracking):
     assert 0.3 < most.max() < 1
 
 
+@pytest.mark.slow
 def test_w_moves_no_sigma_that_is_known_on_an_interval_alone():
     text = TRACKING.replace('kind = "saturation"\ngain = 1\nlimit = 1', 'kind = "tanh"')
     found = region(parse_system(text, name="tracking", source="a text"))

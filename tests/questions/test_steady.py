@@ -247,6 +247,7 @@ def test_the_certificate_is_of_the_answer_and_of_no_growth_bound(tmp_path, capsy
 
 
 # max(0, s)/2, slopes in [0, 1/2], known to no ball where sigma passes 0
+@pytest.mark.slow
 def test_an_amplitude_that_is_not_enclosed_leaves_convergence_proved(tmp_path, capsys):
     file = tmp_path / "a.toml"
     law = 'kind = "normal compliance"\nstiffness = 0.5\nexponent = 1'
@@ -265,6 +266,7 @@ def test_an_amplitude_that_is_not_enclosed_leaves_convergence_proved(tmp_path, c
     assert all(f"At {omega} rad/s the amplitude of z is about" in said for omega in ("0.5", "1", "1.5"))
 
 
+@pytest.mark.slow
 def test_more_than_twelve_frequencies_are_counted_and_one_channel_has_no_number():
     found = steady_response(([1], [1, 1]), Saturation(), {"amplitude": F(1, 2), "omega": list(range(1, 14))})
     assert "12 more responses are in --json alone" in str(found)  # that at 1 rad/s is the largest and the first

@@ -41,6 +41,7 @@ def test_first_order_plants_reach_the_least_ratio_and_no_farther(a, b, wide, hig
 
 
 # H = b/(s (s + a) (s + 2)): Routh, k < 2 a (a + 2)/b; Popov's criterion reaches it, and it is least at a corner
+@pytest.mark.slow
 def test_third_order_plants_reach_rouths_limit_at_a_corner():
     box = {"a": (Fraction("0.9"), Fraction("1.1")), "b": (1, Fraction("1.2"))}
     found = max_sector(PlantFamily.of_formula("b/(s*(s+a)*(s+2))", box))
@@ -52,6 +53,7 @@ def test_third_order_plants_reach_rouths_limit_at_a_corner():
     assert found.refutation.facts["parameters"] == "a = 9/10, b = 6/5"
 
 
+@pytest.mark.slow
 def test_second_order_plants_are_proved_for_every_finite_bound():
     # b/(s^2 + 2 zeta s + a): Re[(1 + theta s) H] |d|^2 = b (a - x + 2 zeta theta x) >= 0 for theta >= 1/(2 zeta)
     family = PlantFamily.of_coefficients(["b"], [1, "2*zeta", "a"], {"a": (2, 3), "zeta": (0.125, 0.25), "b": (1, 2)})
@@ -78,6 +80,7 @@ def test_a_class_given_whole_is_decided_for_all_plants_or_refuted_by_one():
 
 # 1/(s^2 + c s + k): the circle criterion proves [0, q] for q < c^2 + 2 c sqrt(k), so not for q = 2 where c = 0.5 and k
 # = 1, nor anywhere below c = 0.586, k = 2; and for every c >= 0.733
+@pytest.mark.slow
 @pytest.mark.parametrize("several", [False, True])
 def test_the_part_of_the_box_that_stays_open_is_said(several):
     box = {"c": (Fraction(1, 2), 2), "k": (1, 2)}

@@ -280,6 +280,7 @@ def test_progress_is_told_in_order():
     assert all(stage for stage, _ in told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", rarely(["paper-rod", "touching"], "touching"))
 def test_two_runs_write_the_same_bytes(name, pages, tmp_path):
     with sketches() if name in SKETCHED else nullcontext():

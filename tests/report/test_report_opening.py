@@ -64,6 +64,7 @@ def words(text):
     return " ".join(re.sub(r"<[^>]+>", " ", re.sub(r"<(style|defs)\b.*?</\1>", "", text, flags=re.DOTALL)).split())
 
 
+@pytest.mark.slow
 def test_the_first_screen_has_the_verdict_the_diagram_and_the_bar(page):
     first = page[page.index("<header>") : page.index("</header>")]
     assert first.index('class="badge REFUTED"') < first.index("<h1")
@@ -113,6 +114,7 @@ def test_one_number_is_rounded_once_on_the_whole_page(lag, lag_page):
     assert {row["refuted_text"] for row in rows if not row["time_varying"]} == {"5.7"}
 
 
+@pytest.mark.slow
 def test_the_chart_says_the_same_numbers(lag):
     from matplotlib import pyplot
 
@@ -124,6 +126,7 @@ def test_the_chart_says_the_same_numbers(lag):
 SERVO = PI_SERVO.replace("0.8*(1+1/(0.5*s))", "(1+0.1*s)")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("text", "first"),
@@ -148,6 +151,7 @@ def test_the_page_begins_with_what_was_decided_about_the_nonlinearity_given(text
     assert "by certified" not in seen.lower()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("each", "whose"),

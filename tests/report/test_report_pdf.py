@@ -98,6 +98,7 @@ def paper():
     return loop_page(report.to_dict(), figures, loop_diagram(report), paper=True), figures
 
 
+@pytest.mark.slow
 def test_on_paper_every_figure_is_an_image_in_colours_of_its_own(paper):
     page, figures = paper
     images = re.findall(r'<img class="(\w+)" alt="[^"]*" src="data:image/svg\+xml;base64,([^"]+)">', page)
@@ -116,6 +117,7 @@ def test_the_diagram_on_paper_has_every_rule_of_the_page():
     assert "s + 1" in svg
 
 
+@pytest.mark.slow
 def test_the_details_are_open_on_paper(paper, weasyprint):
     page, _ = paper
     whole = weasyprint.HTML(string=page).render()

@@ -108,6 +108,7 @@ def test_a_frame_in_flight_says_so():
     assert any("flight" in text.get_text() for text in figure.axes[0].texts)
 
 
+@pytest.mark.slow
 def test_a_gif_has_every_frame_and_the_same_bytes_twice(tmp_path):
     shown = film(performed(), None, frames=2)
     told = []
@@ -132,6 +133,7 @@ def test_mp4(tmp_path):
     assert (tmp_path / "run.mp4").read_bytes()[4:8] == b"ftyp"
 
 
+@pytest.mark.slow
 def test_a_command_writes_an_animation_and_nothing_else(lure, here):
     arguments = ("--until", "1e-4", "--animation", "frames", "--samples", "4", "--method", "scheme")
     status, out, err = lure("simulate", "paper-rod", *arguments)
@@ -164,6 +166,7 @@ def test_the_film_of_a_motion_is_the_motion():
     assert shown.trace_u == pytest.approx(thrown_end(shown.trace_t), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_film_of_samples_is_a_choice_of_them():
     done = perform(STRUCK, Request(until=6 * T, samples=61, method="galerkin", order=9, places=5))
     shown = film(done, (T, 4 * T), frames=16)

@@ -52,6 +52,7 @@ def alone():
     return exact_motion(rod("1/20", gap="1/5").replace(compliance="1/50"), PULLED, 12)
 
 
+@pytest.mark.slow
 def test_an_obstacle_that_is_far_away_is_none(alone):
     found = assembly_motion(rods("both-ends", rod("1/20"), compliances=[1, "1/50"], gaps=[1000, "1/5"]), (PULLED,), 12)
     t, x = np.linspace(0, 12, 301), np.linspace(0, 1, 7)
@@ -67,6 +68,7 @@ def test_an_obstacle_that_is_far_away_is_none(alone):
     assert found.contacts[1][0].impulse == pytest.approx(alone.impacts[0].impulse, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_two_equal_rods_that_meet_are_one_against_an_obstacle_half_way(alone):
     found = assembly_motion(
         rods("across-gap", rod("1/20"), rod("1/20"), compliances=["1/25"], gaps=["2/5"]), (PULLED, PULLED), 12
@@ -180,6 +182,7 @@ def test_what_cannot_be_followed_is_refused(data, until, why):
         assembly_motion(BETWEEN, data, until)
 
 
+@pytest.mark.slow
 def test_questions_beyond_the_motion_are_refused():
     found = assembly_motion(BETWEEN, (PULLED,), 1)
     with pytest.raises(InputError, match=r"give times in \[0, 1\] s"):

@@ -194,6 +194,7 @@ def test_the_edge_of_a_square_and_a_line_by_hand():
     assert np.allclose(run.output[-1], expected, atol=1e-6)
 
 
+@pytest.mark.slow
 @given(seed=seeds, black=st.floats(0.2, 0.98))
 @settings(max_examples=sampled(3, of=100))
 def test_edges_are_found_from_every_initial_state(seed, black):
@@ -204,6 +205,7 @@ def test_edges_are_found_from_every_initial_state(seed, black):
     assert np.allclose(run.output[-1], edges(image), atol=1e-6)
 
 
+@pytest.mark.slow
 @given(seed=seeds, boundary=st.sampled_from(BOUNDARIES))
 @settings(max_examples=sampled(6, of=100))
 def test_the_energy_falls_and_outputs_become_binary_under_the_hypotheses(seed, boundary):
@@ -234,6 +236,7 @@ def test_the_energy_falls_and_outputs_become_binary_under_the_hypotheses(seed, b
 
 # x1' = -x1 + 2 f(x1) - 4 f(x2), x2' = -x2 + 4 f(x1) + 2 f(x2): antisymmetric coupling, the origin a focus with
 # eigenvalues 1 +- 4i, no equilibrium elsewhere: it turns for ever
+@pytest.mark.slow
 def test_an_antisymmetric_template_is_refused_and_does_oscillate():
     network = CellularNetwork(shape=(2,), A=Template.uniform([4, 2, -4]), boundary="fixed")
     assert not chua_yang(network).holds

@@ -57,6 +57,7 @@ def of(found, family):
 # errors and orders ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_errors_are_those_against_the_closed_form(smooth):
     # exact: u(t, 1) = -cos(pi t).  Scheme: r1 = pi sin(pi x), r2 = -r1 start as sampled sines; the ring turns them at
     # lambda = s(e^{i pi/N} - 1), with no other mode in them, so u(t, 1) is -cos with that lambda up to its start.
@@ -163,6 +164,7 @@ def test_the_scheme_keeps_less_energy_than_the_rod_and_more_with_more_cells(rele
     assert of(release, "scheme")[0].energy_error == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_galerkin_energy_starts_where_its_projection_does(release):
     # H1 projection on cosines of u0' = -2e-4: the share 1 - sum 8/((2j-1)^2 pi^2) of the energy is out of the space
     row = of(release, "Galerkin cosine")[0]
@@ -180,6 +182,7 @@ def test_the_modes_are_the_closed_forms(release):
     assert wave_decay(unit_rod(damping=0.5), 2)[2] is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("space", "order"), rarely([("P1", 40), ("P2", 41), ("cosine", 40)], ("P1", 40), ("P2", 41)))
 def test_galerkin_modes_move_the_end_as_the_integrator_does(space, order):
     rod = unit_rod(damping=0.3)
@@ -244,6 +247,7 @@ def test_of_another_rod_or_with_contact_nothing_is_said_about_the_paper(struck):
 # independence, output, refusals ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", seldom(["LSODA", "CVODE", "DOP853"], "LSODA", "CVODE"))
 def test_the_errors_do_not_depend_on_the_integrator(struck, method):
     found = compare(struck.rod, STANDING, 2.9, cells=(20, 40), galerkin=(), method=method, samples=401)

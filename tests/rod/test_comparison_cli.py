@@ -38,6 +38,7 @@ def test_the_table_and_the_figure(lure, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["all.svg"]
 
 
+@pytest.mark.slow
 def test_json_has_stdout_for_itself(lure):
     status, out, err = lure(*SMALL, "--json", "--plot", "all.png", "--until", "1e-3")
     assert (status, err) == (0, "Written: all.png\n")

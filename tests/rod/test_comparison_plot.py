@@ -60,6 +60,7 @@ def test_every_stretch_shows_the_largest_error_within_it(far):
         assert top == pytest.approx(error[(far.t >= low) & (far.t < high)].max(), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_curves_are_told_apart(far, near):
     for found in (far, near):
         axes = plot_comparison_end(found, ax=Figure().add_subplot())
@@ -93,6 +94,7 @@ def test_a_rod_at_rest_can_be_drawn():
     assert below.get_ylabel() == "largest error [m]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "magic"), rarely([("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")], ("pdf", b"%PDF"))
 )

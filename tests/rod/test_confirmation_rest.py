@@ -31,6 +31,7 @@ def test_zeta_at_the_start_by_hand(damping, start, expected):
     assert flight_after(rod, first_trip(rod, scenario)).zeta == pytest.approx(expected, rel=1e-13)
 
 
+@pytest.mark.slow
 @given(
     ratio=st.floats(-1, 2),
     slope=st.floats(-0.1, 0.1),

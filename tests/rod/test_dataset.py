@@ -36,6 +36,7 @@ def quiet(t):
     return np.all([np.abs(t - jump) > 1e-9 for jump in JUMPS], axis=0)
 
 
+@pytest.mark.slow
 def test_a_file_holds_the_motion_known_in_closed_form(tmp_path):
     found = reopened(thrown().to_xarray(301), tmp_path)
     t = found.t.values
@@ -219,6 +220,7 @@ def test_an_integrator_agrees_with_the_exact_scheme():
     assert run.error is None
 
 
+@pytest.mark.slow
 def test_the_impulse_of_a_galerkin_impact_is_its_integral_of_the_stress():
     run = sampled_galerkin(STRUCK.rod, STRUCK.scenario, 1e-3, space="P1", order=21, samples=2001, places=3)
     (impact,) = run.impacts

@@ -92,11 +92,13 @@ def altered(scheme, part, row, column, factor=-1):
     return dataclasses.replace(scheme, **{part: sp.ImmutableMatrix(matrix)})
 
 
+@pytest.mark.slow
 def test_every_step_of_the_derivation_holds(steps):
     assert {step.title: step.residual for step in steps if not step.holds} == {}
     assert len({step.title for step in steps}) == len(steps) >= 25
 
 
+@pytest.mark.slow
 def test_the_steps_that_rest_on_misprints_do_not_hold_as_printed():
     failing = {step.title for step in derivation(1, form="as-printed") if not step.holds}
     assert failing == {
@@ -193,6 +195,7 @@ def test_the_numerical_scheme_has_the_derived_matrices(cells, form):
         np.testing.assert_allclose(matrix.reshape(expected.shape), expected, rtol=1e-15, atol=0)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(cells=st.integers(1, 5), reflection=REFLECTIONS, rate=FRACTIONS, point=FRACTIONS)
 def test_the_closed_form_of_the_transfer_function_is_that_of_the_matrices(cells, reflection, rate, point):
@@ -346,6 +349,7 @@ def test_the_least_multiplier_is_sharp_at_low_frequency():
     assert values[0] < 0 < values[1]
 
 
+@pytest.mark.slow
 def test_no_row_of_the_misprint_table_vanishes(table):
     assert all(isinstance(row, Misprint) for row in table)
     assert [row.where for row in table if row.difference == 0] == []

@@ -37,6 +37,7 @@ def test_both_models_have_the_verdict_of_their_energy(damping, verdict):
             assert shown.certificate["system"]["kind"] == {"rod": "rod", "scheme": "rod-scheme"}[model]
 
 
+@pytest.mark.slow
 def test_nothing_but_the_standard_library_and_flint_is_needed():
     script = f"import sys, json\nfor name in {WITHOUT}:\n    sys.modules[name] = None\n"
     script += "from lure.analysis.explore.served import respond\n"

@@ -95,6 +95,7 @@ def test_matrices_are_sparse_and_of_the_right_kind(space, order):
         assert large.mass.nnz < 5 * 2001
 
 
+@pytest.mark.slow
 def test_matrices_and_signs_are_those_of_the_derived_weak_form():
     # the weak form derived from Hamilton's principle, tested with the two hat functions of one element of length 1
     x, t, f = vocabulary.x, vocabulary.t, variation.f

@@ -56,6 +56,7 @@ def runs(draw):
     return T, model.simulate(scenario, 2.0 * T, samples=101, tolerance=1e-7 if stiff else 1e-10, method=method)
 
 
+@pytest.mark.slow
 @given(run=runs(), speed=decades(-2, 2))
 @settings(max_examples=sampled(4, of=100))
 def test_the_bound_is_never_violated_and_the_energy_balances(run, speed):

@@ -89,6 +89,7 @@ def test_the_order_for_a_rod_whose_coefficients_vary(space):
     assert_orders(convergence(family(rod, space, SHORT), scenario, known, until=0.8), space)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", rarely(FAMILIES, "cosine", "P2"))
 def test_the_order_for_a_rod_that_stays_in_contact(space):
     # u = gap + S cos x, S > 0: E(1) u_x = -2 S sin 1 must be -(1/eps) S cos 1, so eps = cot(1)/2
@@ -131,6 +132,7 @@ def test_a_layered_rod_is_exact_if_a_node_falls_on_the_interface():
     assert errors[1].h1 > 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("space", "low", "high"), seldom([KINK := ("P1", 0.2, 0.5), ("cosine", 0.4, 0.6)], KINK))
 def test_behind_a_kink_the_order_drops_to_what_it_is(space, low, high):
     # the paper's rod, released: u_x jumps at both ends at t = 0 and the jumps travel; no space bends to them
@@ -141,6 +143,7 @@ def test_behind_a_kink_the_order_drops_to_what_it_is(space, low, high):
     assert low < result.h1_orders.mean() < high
 
 
+@pytest.mark.slow
 def test_the_end_of_the_rod_converges_to_the_exact_motion():
     scenario, motion = smooth_flight()
     misses = []
@@ -173,6 +176,7 @@ def test_scheme_and_galerkin_have_one_limit_in_flight_and_through_a_contact():
     np.testing.assert_allclose(extrapolated, [(touch.start, touch.end)], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_contact_begins_when_the_exact_motion_reaches_the_obstacle():
     scenario, motion = smooth_flight()
     rod = Rod(**{**{name: float(value) for name, value in ROD.exact.items()}, "gap": 0.5})

@@ -112,6 +112,7 @@ print(motion.z(np.linspace(0, 12, 50)).tobytes().hex(), len(motion.impacts), mot
 
 
 # LLVM reorders nothing without fast-math: the last bit agrees, or sums that vector units split differ in it.
+@pytest.mark.slow
 @WITH_NUMBA
 def test_the_engine_is_the_same_code_without_compilation():
     path = os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path])
@@ -139,6 +140,7 @@ def test_chunks_do_not_matter(monkeypatch, windows, pieces, panels):
     assert (cut.energy_residual, cut.error, cut.crossings) == (whole.energy_residual, whole.error, whole.crossings)
 
 
+@pytest.mark.slow
 @WITH_NUMBA
 def test_room_grows_for_a_round_trip_of_very_many_pieces(monkeypatch):
     scenario = Scenario.parse(force="0.3*sin(700*t)", velocity="0.4")

@@ -231,6 +231,7 @@ def test_motions_of_any_size_keep_the_balance_and_miss_nothing(case):
     assert np.isfinite(motion.z(motion.until))
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(5, of=1000))
 @given(case=motions(power=True))
 def test_power_laws_of_any_size_keep_the_balance_or_are_refused(case):

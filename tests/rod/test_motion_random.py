@@ -36,6 +36,7 @@ def motions(draw, *, loaded, power=False):
     return rod, scenario, boundary, draw(st.floats(0.5, 14))
 
 
+@pytest.mark.slow
 @given(case=motions(loaded=False))
 def test_energy_is_never_created(case):
     rod, scenario, boundary, until = case

@@ -39,6 +39,7 @@ def compared(motion, exact, until):
     return z, instants, abs(float(exact.impulse()) - math.fsum(i.impulse for i in motion.impacts))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "eps", rarely(["1e6", "0.2", "1e-3", "1e-6", "1e-9", "1e-12", "rigid"], "1e6", "1e-3", "1e-6", "1e-9", "1e-12")
 )
@@ -82,6 +83,7 @@ def test_every_boundary_agrees_with_forty_digits_at_every_degree(case):
 
 # A force that jumps at 0.37 and at 2 (a window edge is at 2), ramps, then decays; an initial velocity with a jump and a
 # strain with one, at x = 0.7 and x = 1.3.  The same data as formulas and as closed pieces.
+@pytest.mark.slow
 def test_jumps_and_kinks_of_all_data_agree_with_forty_digits():
     late = {mu: [value * mpmath.exp(2) for value in c] for mu, c in term(mpf("0.5"), 0, -1).items()}
     force = [(0, mpf("0.37"), term(mpf("0.3"))), (mpf("0.37"), 2, term(mpf("0.2"), 1)), (2, 1000, late)]

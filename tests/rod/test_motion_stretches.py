@@ -247,6 +247,7 @@ def test_an_impact_that_goes_on_has_the_peak_of_its_own_time():
     assert last.peak_stress == pytest.approx(motion.contact_stress(t).max(), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", rarely([None, 2, 70, 1500], 70, 1500))
 def test_windows_made_of_stretches_are_those_of_compiled_code(keep):
     found = []

@@ -141,6 +141,7 @@ def test_margin_is_a_lower_bound_that_is_nearly_attained(ratio, cells, upper, st
 
 
 # many periods, where the reduction to the first one (notes/0004) would show if it were wrong
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=12))
 @given(
     ratio=ratios, cells=st.one_of(st.none(), st.integers(2, 300)), stretch=st.floats(0, 4), period=st.integers(1, 40)
@@ -157,6 +158,7 @@ def test_no_later_period_of_the_phase_lies_below_the_margin(ratio, cells, stretc
     assert np.all(values >= result.margin.low - 1e-7 * np.abs(values) - 1e-9 * (1 + theta))
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(3, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=st.one_of(st.just(math.inf), st.floats(1e-6, 1e6)))
 def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
@@ -198,6 +200,7 @@ def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_
 
 # theta scales as time, the margin as 1/sector: a rod of length lambda L has T, theta, omega scaled by lambda, d
 # unchanged.
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, stretch=st.sampled_from([Fraction(1, 1000), Fraction(1, 7), 3, 10_000]))
 def test_a_longer_rod_scales_theta_and_the_circle_limit(ratio, cells, stretch):
@@ -233,6 +236,7 @@ def test_each_refutation_names_a_loop_that_really_is_unstable(cells):
     assert np.max(values[np.abs(values.imag) < 1e-9].real) > 1e-3
 
 
+@pytest.mark.slow
 def test_the_sign_of_a_tiny_damping_is_decided_exactly():
     tiny = Fraction(1, 10**100)
     values = {**{name: Fraction(value) for name, value in UNIT.items()}, "exponent": Fraction(1), "gap": Fraction(0)}
@@ -287,6 +291,7 @@ def test_the_papers_rod_is_inside_the_circle_criterion_already():
     assert popov.smallest_theta.high == 0.0
 
 
+@pytest.mark.slow
 def test_python_control_and_the_closed_form_agree():
     check = response_check(upwind(builtin_system("paper-rod").rod, 10))
     assert check.frequencies == 200
@@ -318,6 +323,7 @@ def test_brackets_do_not_depend_on_the_series_length_that_a_caller_has_set(cap):
 
 
 # k/Z = 1e300/1e-205 and k/Z = 1e-300/1e200: both parameters are doubles, their ratio is not
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("modulus", "density", "area", "length", "damping", "cells"),
     [(1e-300, 1e-100, 1e-5, 1.0, 1e300, 3), (1e300, 1e100, 1.0, 1e-100, 1e-300, None)],

@@ -51,6 +51,7 @@ def reports():
     }
 
 
+@pytest.mark.slow
 def test_every_kind_keeps_the_schema_and_its_numbers_come_from_the_json(reports):
     for report in reports.values():
         data = json.loads(to_json(document(report)))

@@ -112,6 +112,7 @@ def test_settling_is_refused_where_it_means_nothing(settling, damping, scenario,
 # --- the scheme under a harmonic force --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_eigenvectors_and_simulation_agree_on_the_motion_and_its_contacts():
     scheme = upwind(paper_rod("8e-4"), 10, form="as-printed")
     forced = Scenario.parse(force="5*sin(4*t)", displacement=PAPER.scenario.displacement.source)

@@ -119,6 +119,7 @@ def test_the_period_of_the_shaken_bar_doubles_and_trebles(amplitude, multiple):
     assert seen.evidence is Evidence.OBSERVED
 
 
+@pytest.mark.slow
 def test_irregular_motion_is_not_called_chaotic_and_still_balances():
     plan = Plan(settle=30, run=24, samples=16)
     seen = response(SHAKEN, "0.3 + 0.88*sin(t/2)", plan=plan)
@@ -134,6 +135,7 @@ def test_irregular_motion_is_not_called_chaotic_and_still_balances():
 
 
 # force = contact + dashpot + gain, and the gain is the momentum that is in the rod at the end less that at the start
+@pytest.mark.slow
 def test_what_is_left_of_the_momentum_is_in_the_rod():
     seen = response(SHAKEN, "0.3 + 0.9*sin(t/2)", plan=Plan(settle=12, run=8, samples=8))
     assert seen.regime.multiple is None
@@ -151,6 +153,7 @@ def test_what_is_left_of_the_momentum_is_in_the_rod():
 
 
 # E -> s^2 E, k -> s k, eps -> eps/s^2, g(t) -> s^2 g(s t) is the same motion, s times as fast
+@pytest.mark.slow
 def test_the_unit_of_time_does_not_matter():
     slow = response(SHAKEN, "0.3 + 0.75*sin(t/2)", plan=Plan(settle=60, run=8))
     rod = unit_rod(youngs_modulus=16, damping=0.8, compliance=0.01 / 16, gap=0)
@@ -164,11 +167,13 @@ def test_the_unit_of_time_does_not_matter():
     assert fast.settling.contact_time == pytest.approx(slow.settling.contact_time / 4, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_same_question_has_the_same_answer():
     first, second = (response(SHAKEN, "0.3 + 0.9*sin(t/2)", plan=Plan(settle=50, run=8)).to_dict() for _ in range(2))
     assert first == second
 
 
+@pytest.mark.slow
 def test_memory_does_not_depend_on_the_time_waited():
     soon, late = (response(SHAKEN, "0.3 + sin(t/2)", plan=Plan(settle=s, run=8)) for s in (20, 100))
     assert soon.t.size == late.t.size == 8 * 64 + 1
@@ -176,6 +181,7 @@ def test_memory_does_not_depend_on_the_time_waited():
 
 
 # Pressed for good, the rod is linear: s + (d/eps)(1 - a e^{-2s})/(1 + a e^{-2s}) = 0; a real root for a = 1/3, eps = 4
+@pytest.mark.slow
 def test_two_motions_on_a_linear_obstacle_come_together_at_the_rate_of_the_slowest_root():
     rod = unit_rod(damping=2.0, compliance=4.0, gap=0)
     a = rod.reflection

@@ -65,6 +65,7 @@ g = "0.3 + sin(t)"
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", rarely(DRAWINGS, "all", "all, free", "all, irregular"))
 def test_a_figure_is_drawn_on_the_axes_given_and_is_the_same_every_time(name):
     figure = Figure()
@@ -171,6 +172,7 @@ def test_a_refusal_is_one_sentence_and_status_2(lure, options, sentence):
 SWEEP = ("--force", "0.3 + sin(w*t)", "--parameter", "w", "--from", "0.8", "--to", "1.6", "--count", "3", "--rigid")
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_is_printed_and_drawn_as_far_as_it_went(lure, here, rod, monkeypatch):
     options = ("bifurcation", rod, *SWEEP, "--settle", "20", "--periods", "8")
     whole = lure(*options, "--json")

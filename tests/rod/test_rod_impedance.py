@@ -67,6 +67,7 @@ def test_files_and_settings_take_multiples_of_the_impedance():
 
 
 # -1.19999999999999999 is -Z (1 - 8e-18): its double is that of -Z, so that k + Z is 0 in doubles and a = 2.4e17
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(
     ("damping", "status", "verdict"),

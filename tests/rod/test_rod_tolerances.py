@@ -169,6 +169,7 @@ def test_what_is_asked_of_one_rod_is_refused(tmp_path, capsys):
     assert "lure certify and lure report alone" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_the_report_says_it_of_all_rods(tmp_path, capsys):
     path = tmp_path / "rods.toml"

@@ -28,6 +28,7 @@ GOLDEN = {
 }
 
 
+@pytest.mark.slow
 def test_the_file_holds_the_motion_of_the_rod(lure, here):
     status, out, err = lure("simulate", "paper-rod", *SHORT, *STRIKE, "-o", "run.nc", "--fields", "5")
     assert (status, err) == (0, "")
@@ -82,6 +83,7 @@ def test_quiet_is_only_the_summary(lure):
     assert "Contact: none" in out
 
 
+@pytest.mark.slow
 def test_two_runs_write_the_same_bytes(lure, here):
     for name in ("a", "b"):
         drawn = ("--plot", f"{name}.svg", "--span", "0", "4e-4")

@@ -59,6 +59,7 @@ def test_the_papers_rod_is_at_rest_there_after_eight_seconds():
     assert run.z[-1] == pytest.approx(-0.0199, abs=1.01e-4 * np.exp(-8))
 
 
+@pytest.mark.slow
 def test_a_rod_flying_at_the_obstacle_is_stopped_by_the_impulse_that_brings_zeta_to_zero():
     # zeta(0) = -gap + (N/s) v = -gap + T v = 1 for k = Z, v = 1; no rebound, so that the rod ends at z = 0 and the
     # obstacle has given A int p dt = k zeta(0) = 1 N s
@@ -70,6 +71,7 @@ def test_a_rod_flying_at_the_obstacle_is_stopped_by_the_impulse_that_brings_zeta
     assert contradictions(run) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "exponent"),
     rarely(

@@ -48,6 +48,7 @@ def test_no_free_motion_contradicts_the_theory(motion):
     assert impulse == pytest.approx(fallen, rel=1e-8, abs=1e-9 * scale)
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=25))
 @given(motion=motions())
 def test_where_no_contact_can_follow_none_does(motion):

@@ -117,6 +117,7 @@ def test_forced_flight_and_forced_contact_are_the_augmented_exponential(k, N, om
 
 
 # other code on the same scheme: the force fitted by polynomials step by step, events by its own search
+@pytest.mark.slow
 @given(
     force=st.sampled_from(FORCES),
     gap=st.floats(-3e-4, 1.5e-4),
@@ -193,6 +194,7 @@ def test_a_rod_that_lies_against_its_obstacle_is_pushed(k, N):
 
 
 # figure 8 with the force that the correct b2 needs: contact after 0.68 s, for good; the other code uses eigenvectors
+@pytest.mark.slow
 def test_figure_8_with_the_corrected_force():
     scheme = upwind(FIGURE_8, 60)
     scenario = Scenario.parse(force="(2/60000)*sin(4*t)", displacement=RELEASE)

@@ -47,6 +47,7 @@ def test_a_stretch_of_contact_is_the_matrix_exponential(k, N, share, seed):
 
 
 # other code on the same scheme: Poisson tables step by step, events by its own search, N <= 1000
+@pytest.mark.slow
 @given(
     gap=st.floats(-3e-4, 1.5e-4),
     velocity=st.integers(-15, 15),
@@ -87,6 +88,7 @@ def test_a_rod_that_hits_a_wall_turns_round_in_a_round_trip():
     assert run.state[:-1].mean() == pytest.approx(-1.0, rel=0.01)
 
 
+@pytest.mark.slow
 @given(gap=st.floats(-2e-4, 1e-4), N=st.integers(2, 4000), k=st.floats(0, 3))
 @settings(max_examples=sampled(10, of=20))
 def test_contact_gives_no_energy(gap, N, k):

@@ -41,6 +41,7 @@ def test_each_cell_is_proved_for_all_plants_in_it(servo, tmp_path):
     assert (data["refuted_at"].values >= [[2, 6], [1, 3]]).all()
 
 
+@pytest.mark.slow
 def test_points_are_put_where_the_verdict_changes(servo, tmp_path):
     study = servo(refine="boundary", over={A: {"from": 1, "to": 3, "count": 3}, K: [0.5, 1]})
     found = sweep(study, tmp_path / "refined.zarr")

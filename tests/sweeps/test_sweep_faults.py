@@ -267,6 +267,7 @@ def test_too_little_memory_in_the_processes_is_said(written, tmp_path, monkeypat
     assert sweep(study, tmp_path / "study.zarr").done == 40
 
 
+@pytest.mark.slow
 def test_many_files_are_put_together_whatever_moment_it_is_stopped_at(tmp_path, monkeypatch):
     over = {"rod.damping": [-1e-4, 2e-4, "nonsense", 1e-3], "rod.compliance": [1, 10]}
     study = study_of({"system": "paper-rod", "ask": "rod", "chunk": 1, "over": over})

@@ -52,6 +52,7 @@ def test_the_rows_of_rods_are_those_of_the_energy_theorem(tmp_path):
     assert np.isinf(data["largest_low"].values[2:]).all()
 
 
+@pytest.mark.slow
 def test_a_sweep_of_sectors_agrees_with_routh_and_a_point_that_fails_is_a_row(loops):
     study, folder = loops
     found = sweep(study_of(study, folder=folder), folder / "loops.zarr", certificates="all")
@@ -228,6 +229,7 @@ def test_only_sweeps_import_what_sweeps_need():
     assert found == inside
 
 
+@pytest.mark.slow
 def test_a_figure_of_a_page_with_several_questions_says_what_is_drawn_and_in_which_unit():
     import xarray
 
@@ -246,6 +248,7 @@ def test_a_figure_of_a_page_with_several_questions_says_what_is_drawn_and_in_whi
     assert [title.startswith(one) for title, one in zip(titles[1::2], measured, strict=True)] == [True, True]
 
 
+@pytest.mark.slow
 def test_a_page_has_maps_and_the_points_to_look_at(tmp_path):
     over = {"rod.damping": [-1e-4, 0, 2e-4, 1e-3], "discretisation.cells": [2, 5, 9], "rod.compliance": [1, 10]}
     sweep({**ROD, "over": over}, tmp_path / "rods.zarr")
@@ -303,6 +306,7 @@ def test_an_even_grid_holds_the_decimals_that_it_is_written_with():
     assert study.axes[0].values == ("-0.1", "0.0", "0.1", "0.2")
 
 
+@pytest.mark.slow
 def test_points_are_drawn_alike_for_one_seed(tmp_path):
     tables = {
         "system": "paper-rod",
@@ -376,6 +380,7 @@ def test_another_study_does_not_go_into_the_same_store(tmp_path):
         sweep({**ROD, "over": {"rod.damping": [2e-4]}}, tmp_path / "mine")
 
 
+@pytest.mark.slow
 def test_the_command_prints_counts_and_writes_a_page(tmp_path, lure, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "study.toml").write_text('system = "paper-rod"\nask = "rod"\n[over]\nrod.damping = [1e-4, 0]\n')

@@ -86,6 +86,7 @@ def starts(data, order):
     return [F(data.draw(st.integers(-3, 3))) for _ in range(order - 1)] + [F(1)]
 
 
+@pytest.mark.slow
 @given(st.data(), lurie_blocks(discrete=True, order=(1, 3)))
 def test_discrete_loops_with_members_of_a_proved_sector_do_not_grow(data, block):
     k = proved(max_sector(block))
@@ -99,6 +100,7 @@ def test_discrete_loops_with_members_of_a_proved_sector_do_not_grow(data, block)
     assert np.allclose(states[:25] @ c, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
 
 
+@pytest.mark.slow
 @given(st.data(), lurie_blocks(discrete=True, order=(1, 3)))
 def test_laws_with_memory_do_not_break_what_was_proved_of_time_varying_ones(data, block):
     k = proved(max_sector(block, time_varying=True))
@@ -160,6 +162,7 @@ def test_continuous_loops_with_laws_of_a_proved_slope_do_not_grow(data, block, o
     assert not grows(motion(block, nonlinearity, starts(data, block.order), 80.0))
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(4, of=20))
 @given(st.data(), lurie_blocks(order=(2, 3), critical=True))
 def test_critical_loops_stay_bounded_and_come_to_rest(data, block):
@@ -180,6 +183,7 @@ def test_the_measure_sees_growth():
     assert not grows(motion(block, lambda sigma: 7.9 * sigma, [0, 0, 1], 80.0))
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(4, of=20))
 @given(
     monotone_graphs(30, scale=F(1, 10)),

@@ -44,6 +44,7 @@ def one_at_a_time(nonlinearity):
 # -- both sides of a bound that is known by construction
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(8, of=1000))
 @given(sector_graphs(F(-1), F(3)))
 def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(nonlinearity):
@@ -58,6 +59,7 @@ def test_a_black_box_passes_its_own_sector_and_fails_any_smaller(nonlinearity):
     assert nonlinearity.exact(F(below.sigma[0])) / F(below.sigma[0]) < tight.lower + step
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(8, of=1000))
 @given(monotone_graphs(F(5, 2)))
 def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(nonlinearity):
@@ -169,6 +171,7 @@ def test_rounding_is_not_held_against_a_function():
     assert_slope_restricted(np.expm1, SlopeBounds(0, math.e), on=(-1, 1))
 
 
+@pytest.mark.slow
 def test_single_precision_is_judged_as_such():
     # the tanh of a neural network: phi/sigma exceeds 1 by up to 1e-7 near 0, and neighbouring slopes by far more
     single = lambda s: np.tanh(np.asarray(s, dtype=np.float32))
@@ -403,6 +406,7 @@ def test_the_x_stands_where_the_point_is():
     assert "X" in rows[0] + rows[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_a_plot_is_saved_if_and_only_if_the_law_fails(tmp_path, ending):
     target = tmp_path / "deep" / f"law.{ending}"

@@ -135,6 +135,7 @@ def test_both_bounds_of_the_slope_are_reached():
     assert len(graph_of(nonlinearity).slopes) <= 4  # a saturation at most
 
 
+@pytest.mark.slow
 def test_the_simplest_laws():
     anything = lambda nonlinearity: True
     assert str(find(sector_members(0, 2), anything, settings=SETTINGS)) == "2*sigma"

@@ -170,6 +170,7 @@ def resonant():
 
 
 # With two states the worst gain is known, for the bound from above; the circle criterion ends at .44.
+@pytest.mark.slow
 def test_two_states_are_proved_up_to_the_worst_gain(resonant):
     low, high = 0.44, 2.0
     while high - low > 1e-6:
@@ -255,6 +256,7 @@ def test_what_is_not_covered_is_said(plant, sector, words):
         homogeneous_criterion(plant, sector)
 
 
+@pytest.mark.slow
 def test_it_is_asked_about_sectors_after_the_other_criteria():
     assert [row.name for row in theorems_for(RESONANT, "sector", BEST, time_varying=True)] == ["circle", NAME]
     assert [row.name for row in theorems_for(RESONANT, "sector", BEST)] == ["circle", "popov", NAME]

@@ -157,6 +157,7 @@ def test_a_search_that_is_wrong_costs_an_answer_and_never_makes_one(monkeypatch)
     assert found.largest.low < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["proof", "refutation"])
 def test_a_changed_matrix_is_refused_by_both_checkers(part):
     shown = getattr(max_sector(dense(20)), part)
@@ -176,6 +177,7 @@ def test_a_changed_matrix_is_refused_by_both_checkers(part):
     assert refused_again(made)
 
 
+@pytest.mark.slow
 def test_long_polynomials_of_matrices_of_doubles_go_by_the_matrices():
     large, small = dense(28), dense(12)
     given = as_plant((large.A, large.B, large.C))
@@ -216,6 +218,7 @@ def test_large_blocks_are_certified_from_both_sides(block):
     assert both_accept(found)
 
 
+@pytest.mark.slow
 def test_an_analysis_of_many_states_decides_the_class_of_its_law():
     block = dense(28)
     limit = max_sector(block)
@@ -229,6 +232,7 @@ def test_an_analysis_of_many_states_decides_the_class_of_its_law():
         assert json.loads(json.dumps(refuted.to_dict()))["block"]["denominator"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize("plant", [dense(28), dense(24, seed=5, dt=1)], ids=["continuous", "discrete"])
 def test_a_report_on_many_states_draws_its_plots(plant, tmp_path):

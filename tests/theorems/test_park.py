@@ -130,6 +130,7 @@ def test_a_support_excludes_a_level_only_if_both_moments_say_so(level, excluded)
 small = stable_plants(critical=False).filter(lambda plant: plant.order <= 5)
 
 
+@pytest.mark.slow
 @given(small)
 def test_park_reaches_at_least_as_far_as_popov(plant):
     popov, park = popov_largest(plant), park_largest(plant)

@@ -240,6 +240,7 @@ def test_the_bracket_is_narrow_and_both_signs_reach_at_least_as_far_as_one(plant
         assert one.largest.high >= -1 / circle.low * (1 - Fraction(1, 10**9))
 
 
+@pytest.mark.slow
 @settings(max_examples=depth.sampled(8, of=100))
 @given(stable_plants(), st.lists(st.floats(0.5, 0.999999), min_size=2, max_size=4))
 def test_every_smaller_sector_is_proved_too(plant, shares):

@@ -40,6 +40,7 @@ def test_every_slope_criterion_reaches_the_linear_gains_of_order_three(largest):
 
 # a sample at z = 1, no pole in floating point, once made every programme infeasible; an orbit of
 # period 5 destabilises from 9.665 on, Jury and Lee's criterion ends at 20/3
+@pytest.mark.slow
 def test_taps_in_discrete_time_reach_beyond_jury_and_lee():
     block = RationalPlant([F(1, 10), F(1, 20)], [1, F(-3, 2), F(1, 2)], dt=1)
     found, before = zames_falb_discrete_largest(block, odd=False, taps=10), jury_lee_largest(block)
@@ -141,6 +142,7 @@ def test_more_than_convergence_to_equilibria_is_claimed_by_no_checker(name):
     assert refused_again({**given, "rate": "1/100", "conclusion": given["conclusion"]})
 
 
+@pytest.mark.slow
 def test_a_nonlinearity_that_vanishes_at_0_alone_makes_its_loop_converge_there():
     from lure.analysis import analyse
 

@@ -166,6 +166,7 @@ def test_a_dip_too_narrow_for_a_grid():
         assert not check(TransferPolynomials.of(system), F("3e-9"), multiplier).holds
 
 
+@pytest.mark.slow
 def test_a_long_delay_meets_every_phase():
     # with delay 1000 the least value is that of Re F - 0.9 |F|, F = H + 1/k, nearly: negative though Re F > 0.45 |F|
     system, k = block("1", "1 1 1"), F("3/5")
@@ -201,6 +202,7 @@ def test_the_inequality_on_a_ball_holds_its_values(radius):
         )
 
 
+@pytest.mark.slow
 def test_mass_one_of_delays_touches_zero(monkeypatch):
     # 1 - exp(-s) vanishes at w = 0, 2 pi, ...: no eps is left, at zero, at infinity or between
     monkeypatch.setattr(minimum, "MAX_BOXES", sampled(2000, of=minimum.MAX_BOXES))  # all of them are looked at

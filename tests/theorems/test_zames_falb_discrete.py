@@ -69,6 +69,7 @@ def test_the_published_values_are_reached_and_bounded(example, odd, published, l
     assert 0 < answer.margin.low <= answer.margin.high
 
 
+@pytest.mark.slow
 def test_the_orbit_of_example_6_is_never_certified_against():
     # a monotone nonlinearity of slope 175/192 has an orbit of period 3; odd nonlinearities are stable far beyond
     monotone = reach(6, False)
@@ -78,6 +79,7 @@ def test_the_orbit_of_example_6_is_never_certified_against():
     assert zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, 1), odd=True).verdict is Verdict.PROVED
 
 
+@pytest.mark.slow
 def test_the_criterion_is_sharp_in_k():
     for k, verdict in ((0.9114, Verdict.PROVED), (0.9115, Verdict.INCONCLUSIVE)):
         answer = zames_falb_discrete_criterion(DISCRETE[6], SlopeBounds(0, k), odd=False)
@@ -139,6 +141,7 @@ def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     assert here == pytest.approx(there, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_lower_slope_is_the_shifted_block():
     lower = Fraction(3, 10)
     plant = DISCRETE[6]
@@ -151,6 +154,7 @@ def test_a_lower_slope_is_the_shifted_block():
     assert sampled_left_hand_side(plant, here).min() > -1e-12
 
 
+@pytest.mark.slow
 def test_more_taps_never_reach_less():
     found = [
         zames_falb_discrete_largest(DISCRETE[1], odd=True, taps=taps).largest.low for taps in (1, 3, sampled(4, of=6))
