@@ -44,6 +44,7 @@ def found(request):
     return problem, factor, json.loads(json.dumps(dict(shown.certificate))), shown
 
 
+@pytest.mark.slow
 def test_both_checkers_accept_it_and_the_schema_knows_it(found):
     problem, factor, certificate, shown = found
     assert (certificate["verdict"], certificate["proof"]["method"]) == ("REFUTED", "flow-orbit")

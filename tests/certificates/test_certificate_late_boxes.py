@@ -53,6 +53,7 @@ def test_an_integrator_is_proved_up_to_the_largest_dead_time_and_no_farther(proo
     assert_both_reject(edited(proof, "system", "time", value="discrete"))
 
 
+@pytest.mark.slow
 def test_the_search_finds_both_ends():
     found = max_sector(REST)
     assert pi / 4 * (1 - 1e-6) < found.largest.low < pi / 4 <= found.refuted_at < pi / 4 * (1 + 1e-6)

@@ -155,6 +155,7 @@ def _sector(k, **more):
     return NonlinearityClass(sector=Sector(0, k), **more)
 
 
+@pytest.mark.slow
 def test_a_sector_beside_memory_is_covered_where_that_does_not_move_it_at_rest():
     # without f the circle criterion has Re 1/(1 - w^2 + i w) >= -1/3, at w^2 = 2; with V = q'^2 + q^2 + phi^2/k the
     # stop and any damper only take energy, so that storage functions have no end

@@ -91,6 +91,7 @@ def test_the_orbit_is_a_solution_of_the_loop_followed_in_small_steps(kind):
     assert xi == pytest.approx(-1)
 
 
+@pytest.mark.slow
 def test_one_class_is_refuted_as_it_stands_and_beside_a_function():
     play = NonlinearityClass.hysteretic("play", 6)
     assert certify(as_plant("1/(s+1)^3"), [play]).verdict.name == "REFUTED"

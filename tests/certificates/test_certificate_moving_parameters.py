@@ -85,6 +85,7 @@ def test_a_parameter_that_goes_at_its_rate_refutes_and_no_faster():
 
 # x' = a x, from a = -2 to 1 in the time t and back in 1: at its own rate a has the mean -1/2, and nothing grows; if it
 # jumped at once, 1 would be held for t; likewise from 1 to -2 if it stayed where it is
+@pytest.mark.slow
 def test_a_parameter_on_its_way_is_followed_and_not_where_it_begins_or_ends():
     def term(power, common, a, b):
         return {"powers": [power], "common": common, "A": [[a]], "B": [[b]], "C": [[b]], "D": [["0"]]}

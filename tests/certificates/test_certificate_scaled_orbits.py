@@ -28,6 +28,7 @@ def certificate():
     return nesterov().refutation.certificate
 
 
+@pytest.mark.slow
 def test_a_nonlinearity_is_slower_than_every_constant_gain(certificate):
     found, slowest = nesterov(), decay_rate(methods.nesterov(1, 4), SlopeBounds(1, 4)).rate.low
     assert slowest == pytest.approx(0.5, abs=1e-6)

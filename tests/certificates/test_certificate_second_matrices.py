@@ -126,6 +126,7 @@ def test_the_circle_criterion_for_the_scheme(k, good):
     assert accepted(matched)
 
 
+@pytest.mark.slow
 def test_the_energy_of_a_scheme_of_a_hundred_thousand_cells():
     assert recheck(proved(rod(cells=100_000), nonlinearities(0, "inf"), "rod-energy", {}, STRUCTURE, AT_REST)).accepted
 

@@ -54,6 +54,7 @@ def number(text):
     return float(F(text))
 
 
+@pytest.mark.slow
 def test_the_published_gain_is_proved_beyond_the_published_rate_and_refuted_below_it(proof, refutation):
     assert (proof["verdict"], proof["theorem"]) == ("PROVED", "parameter-dependent")
     assert (refutation["verdict"], refutation["proof"]["method"]) == ("REFUTED", "ramped-gains")

@@ -235,6 +235,7 @@ def test_no_solution_of_a_proved_loop_keeps_moving():
     assert np.max(late[-180:], axis=0).max() < 0.1 * np.max(late[:180], axis=0).max()
 
 
+@pytest.mark.slow
 def test_the_gain_to_a_velocity_beside_a_stop_is_that_of_the_damping():
     # q' w = (energy)' + q'^2/2 + phi q', phi q' >= (phi^2/2 k)': gamma = 2, and a gain has it at its resonance
     mass = ([[0, 1], [-1, "-1/2"]], [[0], [1]], [[1, 0]], [[0]])

@@ -42,6 +42,7 @@ def found():
 
 
 # Block-diagonal: what one loop reaches, 0.876480 with two samples (0.651041 by the circle criterion).
+@pytest.mark.slow
 def test_two_loops_side_by_side_are_proved_as_far_as_one(found):
     assert found.criterion == "order-cones"
     assert found.largest.low == pytest.approx(0.87648, abs=3e-5)

@@ -258,6 +258,7 @@ def test_a_law_that_is_not_locally_lipschitz_is_not_proved(lure, tmp_path):
     assert names(tmp_path) == ["plant.toml"]
 
 
+@pytest.mark.slow
 def test_an_existing_file_is_replaced_only_with_force(lure, tmp_path):
     (tmp_path / "cert.json").write_text("mine")
     assert lure("certify", *THIRD, *SECTOR, "-o", "cert.json")[0] == 2

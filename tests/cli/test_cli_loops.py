@@ -59,6 +59,7 @@ def test_the_slope_of_a_published_example_with_its_counterexample(lure):
     assert odd["odd"] is True
 
 
+@pytest.mark.slow
 def test_a_slope_that_no_multiplier_reaches(lure, monkeypatch):
     # Kalman and Fitts, b = .03: see tests/theorems/test_multiplier_limit.py
     monkeypatch.setattr(kernel_limit, "STEPS", (4,))

@@ -97,6 +97,7 @@ def test_several_files_are_each_judged_and_a_rejection_counts_most(lure, tmp_pat
     assert lure("verify")[0] == 2
 
 
+@pytest.mark.slow
 def test_standard_input_is_read(tmp_path, proof):
     run = subprocess.run(
         [sys.executable, "-m", "lure.analysis.cli", "verify", "-"],
@@ -167,6 +168,7 @@ def test_what_is_assumed_of_the_equation_of_the_loop_is_said_wherever_it_is_not_
         assert (f", for which {ASSUMED}" in answer["claim"]) == bool(told)
 
 
+@pytest.mark.slow
 def test_the_checker_is_asked_without_numpy_or_a_solver(proof, tmp_path):
     script = (
         "import sys; from lure.analysis.cli import main; status = main(['verify', sys.argv[1]]); "

@@ -287,6 +287,7 @@ def test_an_orbit_that_would_leave_its_pieces_is_not_proved():
     assert not proved(bent, refined(bent, candidate))
 
 
+@pytest.mark.slow
 def test_escape_from_a_double_zero_is_observed():
     def nonlinearity(sigma):
         return sigma * np.exp(-np.abs(sigma))

@@ -92,6 +92,7 @@ def test_both_checkers_reject_another_class_and_a_slower_loop(certificate):
         assert refused_again(changed)
 
 
+@pytest.mark.slow
 def test_the_refuted_loops_do_grow():
     rng, refuted = np.random.default_rng(5), 0
     for k in range(12):

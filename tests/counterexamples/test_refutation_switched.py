@@ -55,6 +55,7 @@ def test_the_worst_switching_of_an_oscillator_is_the_known_one(a):
 
 # A gain that alternates at 2 w drives a weakly damped motion at w.  Of k(t) in {0, k} the first harmonic is (2/pi) k;
 # the circle criterion stops where a harmonic of k would do it: hence pi/2 times 4.0004e-4, to first order in k.
+@pytest.mark.slow
 def test_weak_damping_leaves_the_ratio_of_a_square_wave_to_its_first_harmonic():
     block = RationalPlant([1, 0, 0], [1, F("0.0003"), 10, F("0.0021"), 9])
     assert switched_witness(block).k == pytest.approx(math.pi / 2 * 4.0004e-4, rel=1e-3)
@@ -121,6 +122,7 @@ def test_rounding_over_short_periods_is_no_growth():
     assert search.growth(np.array([0.622, 0.0223]), 3.1) > 0
 
 
+@pytest.mark.slow
 def test_a_lower_gain_is_the_loop_shifted():
     block, shifted = RationalPlant([1], [1, 1, 1]), RationalPlant([1], [1, 1, 3])
     assert switched_witness(block, lower=F(2)).k == pytest.approx(2 + switched_witness(shifted).k, rel=1e-7)

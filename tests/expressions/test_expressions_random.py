@@ -135,6 +135,7 @@ def python_value(text, t, x):
     return eval(compile(tree, "oracle", "eval"), {"__builtins__": {}}, names)
 
 
+@pytest.mark.slow
 @given(text=RATIONAL, t=POINTS, x=POINTS)
 @settings(max_examples=sampled(100, of=300))
 @example(text="(-t**2)", t=Fraction(2), x=Fraction(0))
@@ -163,6 +164,7 @@ def test_numpy_agrees_with_exact_arithmetic(text, t, x):
     assert got == pytest.approx(float(expected), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 @given(text=RATIONAL, t=POINTS, x=POINTS, radius=st.sampled_from([0, 1e-9, 0.1, 1, 4]), offset=st.fractions(-1, 1))
 @settings(max_examples=sampled(100, of=300))
 @example(text="(t**2)", t=Fraction(0), x=Fraction(0), radius=1, offset=Fraction(1))

@@ -23,6 +23,7 @@ def test_the_command_prints_what_the_report_says(capsys):
         assert " ".join(line.split()) in printed
 
 
+@pytest.mark.slow
 def test_json_and_a_claim(capsys):
     assert main(["sector", str(EXAMPLE), "--json", "--within", "-1e5", "1e5"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -53,6 +53,7 @@ def imagined(name, seed, correlation):
 
 
 # seeds are fixed: one miss among 24 or more is allowed, and 99 % has two in one of 40 sets of seeds
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOOPS)
 def test_loops_are_seen(name):
     found = [seen(name, seed) for seed in range(40)]
@@ -60,6 +61,7 @@ def test_loops_are_seen(name):
     assert sum(one is False for one in found) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_noise_is_no_loop(correlation):
     assert sum(imagined(name, seed, correlation) for name in NONLINEARITIES for seed in range(15)) <= 1

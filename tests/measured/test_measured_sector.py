@@ -247,6 +247,7 @@ def test_from_measurement_to_verdict():
     json.dumps(inside.to_dict(), allow_nan=False)
 
 
+@pytest.mark.slow
 def test_the_report_holds_everything():
     found = report_from_data(EXAMPLE, fit=True, origin="gap")
     assert found.sector.origin == found.fit.parameters["gap"].value

@@ -421,6 +421,7 @@ def biased(tmp_path_factory):
 
 
 # x2' = sin(x1) + 2 sat(N(x)): counted from the equilibrium, where sin(x1) = -2 N(x), all motions in the set come back.
+@pytest.mark.slow
 def test_a_loop_of_tanh_neurons_with_biases_has_a_certified_region(biased):
     system, certificate = biased
     again = parse_system(loop_to_toml(system), name="again", source="a text")

@@ -50,6 +50,7 @@ def test_a_vouched_constant_bounds_everything_and_says_so():
     assert "given that" in str(found)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(
     slopes=st.lists(st.fractions(-2, 2, max_denominator=8), min_size=1, max_size=6),

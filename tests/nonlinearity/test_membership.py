@@ -252,6 +252,7 @@ def without_values(nonlinearity):
                 yield point
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(PARTS)
 def test_what_is_checked_of_a_random_formula_no_sample_contradicts(part):

@@ -142,6 +142,7 @@ def test_the_ordering_of_the_states_does_not_matter():
     assert len(found) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "algebraic"), [("2e-4", 1), ("1.2", 1), ("0", 2)])
 def test_two_hundred_cells_are_decided_exactly(damping, algebraic):
     found = zero_eigenvalue(upwind(paper_rod(damping), 200).block)

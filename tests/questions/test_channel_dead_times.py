@@ -350,6 +350,7 @@ def test_no_gain_is_shown_of_neutral_equations_nor_where_sigma_and_z_see_w_at_on
     assert "that of w and z included" in l2_gain("1+exp(-s)/(s+1)", SlopeBounds(0, 1), criterion="circle").reason
 
 
+@pytest.mark.slow
 def test_a_member_that_grows_unseen_refutes_no_gain():
     # sigma = exp(-s)/(s + 1) mu destabilises, and neither w nor z has to do with it: z = w/(s + 3)
     found = l2_gain(as_plant([["exp(-s)/(s+1)", "0"], ["0", "1/(s+3)"]]), [Sector(0, 3)])

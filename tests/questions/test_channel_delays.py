@@ -47,6 +47,7 @@ def test_delays_beside_a_sector_from_a_file(tmp_path):
     assert find_system(str(again), []).classes == system.classes
 
 
+@pytest.mark.slow
 def test_two_delays_and_a_gain_beside_one_meet_what_is_sampled():
     # x' = -x(t - tau_1) - x(t - tau_2): both at one delay h are the worst, 2 h = pi/2 = 1.5708
     both = as_plant([["1/s", "1/s"]] * 2)

@@ -33,6 +33,7 @@ def test_one_operator_alone_reaches_the_inverse_of_the_norm_from_both_sides(one,
 
 
 # singular values that are equal, at a frequency where H is real: M/(s + 1) with M normal, |M| at omega = 0
+@pytest.mark.slow
 @pytest.mark.parametrize(("M", "size"), [([[1, 0], [0, 1]], 1), ([[1, 2], [-2, 1]], 5**0.5)])
 def test_an_operator_around_a_normal_matrix_is_refuted_at_the_norm(M, size):
     plant = as_plant(([[-1, 0], [0, -1]], M, [[1, 0], [0, 1]], [[0, 0], [0, 0]]))
@@ -109,6 +110,7 @@ def test_a_file_says_that_one_operator_acts_in_each_of_two_channels(tmp_path):
         find_system(str(path), [])
 
 
+@pytest.mark.slow
 def test_operators_beside_a_sector_and_a_file_of_blocks_that_are_not_square(tmp_path):
     # x' = -x + mu_1 + mu_2, sigma_1 = (x, x): mu_1 = -Delta sigma_1, Delta a row of norm r, so |mu_1| <= sqrt(2) r |x|;
     # phi_2 in [0, k] helps: the factor of both is 1/(sqrt 2 r), with phi_2 = 0
@@ -147,6 +149,7 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(tmp_path, table, messag
         find_system(str(path), [])
 
 
+@pytest.mark.slow
 def test_one_channel_may_have_an_operator_and_a_list_says_so():
     assert certify("1/(s+1)", NonlinearityClass.norm_bounded(0.9)).verdict.name == "PROVED"
     assert certify("1/(s+1)", [NonlinearityClass.norm_bounded(1.1)]).verdict.name == "REFUTED"

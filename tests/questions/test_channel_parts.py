@@ -148,6 +148,7 @@ def test_what_is_one_loop_or_is_asked_of_one_criterion_is_not_taken_apart():
     assert len(parts_of([channel_problem(plant, [relu, SECTOR])])) == 2
 
 
+@pytest.mark.slow
 def test_hidden_modes_and_channels_without_states_belong_to_a_part():
     A = [[-1, 0, 0], [0, -2, 0], [0, 0, 1]]  # the last is a mode that no channel sees, and not stable
     B, C = [[1, 0, 0], [0, 1, 0], [0, 0, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 0]]

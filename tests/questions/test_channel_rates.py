@@ -228,6 +228,7 @@ def test_the_last_kernels_and_terms_that_are_legal(theta, side, mass, fine):
     assert "outweigh gamma" in recheck({**lighter.certificate, "multiplier": given}).reason
 
 
+@pytest.mark.slow
 def test_kernels_of_several_channels_are_weighed():
     # with the gain 7 the slowest roots of (s + 1)^3 + 7 have the real part 7^(1/3)/2 - 1 = -0.04353
     lags = RationalPlant([1], [1, 3, 3, 1])

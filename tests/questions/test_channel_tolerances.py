@@ -42,6 +42,7 @@ def test_the_gain_of_first_order_plants_is_that_of_the_least_damped(a, b, wide, 
         assert recheck(shown).accepted
 
 
+@pytest.mark.slow
 def test_the_gain_of_an_unknown_delta_in_discrete_time():
     # x+ = delta x + w, z = x, |delta| <= 9/10: 1/(1 - 9/10) = 10 (iqcToolbox's test); phi is 0 here but for 1/100
     family = PlantFamily.of_matrices([["delta"]], [1], [0], 0, {"delta": (Fraction(-9, 10), Fraction(9, 10))}, dt=1)
@@ -94,6 +95,7 @@ def test_positive_systems_in_two_channels_reach_the_linear_gains_of_the_worst_pl
 
 # 1/(m s^2 + c s + k), |d|^2 = (k - m x)^2 + c^2 x: the circle criterion for [0, q] needs q (m x - k) < |d|^2, first
 # lost at q = c^2/m + 2 c sqrt(k/m): least at c = 1/2, k = 1, m = 5/4: 0.2 + sqrt(0.8)
+@pytest.mark.slow
 def test_the_intervals_of_several_channels_grow_up_to_the_plant_that_is_unstable():
     # x' = -a x + phi_1, y' = -2 y - phi_2, phi in [0, 1]: stable for a > 1, a in 5/2 -+ s/2 for s < 3
     sides = [["-a", 0], [0, -2]], [[-1, 0], [0, 1]], [[1, 0], [0, 1]], None
@@ -260,6 +262,7 @@ Cz = [["1/a"]]
 """
 
 
+@pytest.mark.slow
 def test_the_matrices_of_performance_may_be_formulas_in_the_parameters():
     system = parse_system(PERFORMANCE, name="loop", source="a test")
     found = l2_gain(system)

@@ -90,6 +90,7 @@ def test_channels_that_do_not_interact_are_refuted_as_the_worst_of_them_by_gains
     assert still.refuted_at is None
 
 
+@pytest.mark.slow
 def test_in_discrete_time_gains_alternate():
     # gains alpha, alpha and 0, 0 in turn: M = A (A - alpha B C) = [[0, 9/16 - 3 alpha/4], [-9/16, -9/16 - 3 alpha/8]]
     # has the eigenvalue -1 where 1 - 9/16 - 3 alpha/8 + 81/256 - 27 alpha/64 = 0: alpha = 193/204; constant ones 37/36

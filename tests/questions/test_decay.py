@@ -243,6 +243,7 @@ def test_what_is_assumed_beside_a_direct_term_is_part_of_the_sentence():
     assert "with slope in [0, 1] (circle" in str(steep)
 
 
+@pytest.mark.slow
 def test_members_without_a_solution_do_not_end_the_search():
     found = decay_rate(as_plant([["-1", "0"], ["0", "1/(s+2)"]]), [Sector(0, 1)] * 2)  # 1 - g1 = 0 for one of them
     assert found.verdict.name == "INCONCLUSIVE"
@@ -507,6 +508,7 @@ def test_a_kernel_that_decays_more_slowly_than_a_growth_has_no_weight():
 # phi odd, phi(q sigma) = q phi(sigma), of slope k on [q, q^.9] and 1 up to 1: for one k near 19 the swing from 1 ends
 # at -q, so that x(t + T) = -q x(t) for good.  A published table has .39001 for d varying in [.8, 1.2]; no such rate is
 # true with d = .8, nor could a theorem show it.
+@pytest.mark.slow
 def test_a_swing_that_repeats_itself_in_small_is_slower_than_a_published_rate():
     q, d = 0.4587, 0.8
     p = q**0.9

@@ -60,6 +60,7 @@ def test_an_integrator_with_dead_time_decays_as_lambert_says(low, high, proved, 
     assert all(recheck(one.certificate).accepted for one in (found.proof, found.refutation))
 
 
+@pytest.mark.slow
 def test_several_channels_with_dead_time_have_a_rate():
     # side by side: 1/(s + 2) with the gain 0, and exp(-s)/(s + 1) with -1/2, the root s = -r where 1 - r = e^r/2
     plant = as_plant([["1/(s+2)", "0"], ["0", "exp(-s)/(s+1)"]])
@@ -69,6 +70,7 @@ def test_several_channels_with_dead_time_have_a_rate():
     assert found.rate.width < 1e-5
 
 
+@pytest.mark.slow
 def test_the_roots_drawn_are_those_with_dead_time():
     # s + g e^-s, g in [1/5, 7/20]: W_0(-1/5) = -.2592 is the rightmost of all, and none is 0, the pole of the plant
     axes = decay_rate("exp(-s)/s", Sector(Fraction(1, 5), Fraction(7, 20))).plot()

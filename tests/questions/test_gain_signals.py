@@ -247,6 +247,7 @@ def test_gains_that_jump_get_more_through_a_sector_in_samples():
     assert_both_reject(edited(turned, "laws", "channels", 0, "odd", value=True))
 
 
+@pytest.mark.slow
 def test_gains_that_jump_in_continuous_time_are_of_classes_that_depend_on_time():
     varying = NonlinearityClass(sector=Sector(0, 3), time_varying=True)
     low, good = shown_below(([[0, 1], [-1, -1]], [[0], [1]], [[1, 0]], 0), [varying], PUSHED, worst=True)
@@ -259,6 +260,7 @@ def test_gains_that_jump_in_continuous_time_are_of_classes_that_depend_on_time()
 
 
 # of a ReLU no linear gain is a member, so that a signal has to show it; beside it phi_2 = g sigma with an end g is one
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["slope", "gain"])
 def test_beside_a_relu_other_classes_take_an_end_of_theirs(kind):
     A = [[F(84, 100), F(-17, 100)], [F(17, 100), F(8, 10)]]

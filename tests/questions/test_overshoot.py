@@ -87,6 +87,7 @@ def test_a_rate_that_is_not_true_or_a_loop_without_states_is_refused():
         overshoot(RationalPlant([1], [1, 1]), [VARYING], F(1, 2))
 
 
+@pytest.mark.slow
 def test_the_command_says_it_at_nine_tenths_of_the_rate(lure, tmp_path):
     (tmp_path / "loop.toml").write_text(
         "[plant]\nA = [[0, 1], [-1, -1]]\nB = [[0], [1]]\nC = [[1, 0]]\n"

@@ -43,6 +43,7 @@ def test_two_channels_have_the_rate_of_the_slowest_plant(pair):
         assert recheck(dict(shown.certificate)).accepted
 
 
+@pytest.mark.slow
 def test_popovs_terms_serve_a_box_as_far_as_its_worst_plant(friction):
     truth = ending(lambda a: popov_serves_slopes(0.8, a), 1e-3, 0.4)  # d = 4/5
     assert friction.criterion == "diagonal-popov"

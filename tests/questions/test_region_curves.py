@@ -113,6 +113,7 @@ def test_a_curve_that_is_tampered_with_is_rejected(oscillator, change):
     assert_both_reject(edited(oscillator.proof.certificate, "proof", "turns", 0, value=change))
 
 
+@pytest.mark.slow
 def test_a_curve_may_move_away_from_the_periodic_solution_but_not_across_it(oscillator):
     for shown, path, away in ((oscillator.proof, ("turns", 0), -1), (oscillator.refutation, ("points",), 1)):
         fine, wrong = (
@@ -142,6 +143,7 @@ def test_a_spiral_that_is_tampered_with_is_rejected(oscillator, path, value):
     assert_both_reject(edited(oscillator.proof.certificate, *path, value=value), stored=path == ("conclusion",))
 
 
+@pytest.mark.slow
 def test_a_parabola_stays_in_one_piece_of_the_saturation(held):
     # every straight edge written as a parabola is the same edge, but those across a corner are then refused
     rows = held.refutation.certificate["proof"]["points"]
@@ -312,6 +314,7 @@ def test_a_region_between_saddles_is_larger_than_its_ellipsoid():
     assert found.area[0] == pytest.approx(hit, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_curves_are_drawn(oscillator):
     axes = oscillator.plot(Figure().subplots())
     labels = [text.get_text() for text in axes.get_legend().get_texts()]

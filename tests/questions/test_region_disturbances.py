@@ -23,6 +23,7 @@ def held():
     return region(HELD, Saturation(), disturbance=[[0], [1]])
 
 
+@pytest.mark.slow
 def test_the_energy_of_one_state_is_sharp():
     # x' = -x - phi + w with 0 <= phi/x known for |x| <= 1 alone: with phi = 0 the least energy that brings x from 0 to
     # 1 is 2, by w = 2 x along x' = x, and V = x^2 shows that less does not

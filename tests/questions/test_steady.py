@@ -149,6 +149,7 @@ def test_bad_input_is_one_sentence(given, forcing, message):
         steady_response(RESONANT, given, forcing)
 
 
+@pytest.mark.slow
 def test_the_command_tells_the_same_as_json(tmp_path, capsys):
     (tmp_path / "a.toml").write_text(FILE)
     certificate, figure = tmp_path / "rate.json", tmp_path / "a.svg"
@@ -188,6 +189,7 @@ def test_a_duffing_equation_jumps_between_two_certified_responses():
 
 # x'' + 2 x' + x^3 = f: without a gain the linear part has the pole 0, a multiple of the frequency of any input.  At the
 # end of each period of 2 pi/3 the simulation has the same peak.
+@pytest.mark.slow
 def test_a_linear_part_that_resonates_with_the_input_is_taken_around_another_gain(monkeypatch):
     monkeypatch.setattr(balance, "_STARTS", 2)
     monkeypatch.setattr(balance, "_RANDOM", 0)

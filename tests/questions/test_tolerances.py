@@ -29,6 +29,7 @@ positive = st.fractions(Fraction(1, 10), 10, max_denominator=20)
 
 # H = -b/(s + a): the gain k puts the pole at b k - a, so that k < a/b is needed of linear gains; the circle criterion
 # proves as much, 1 + k Re H > 0 being 1 > k b/a.  Of all of the box: k < min a / max b.
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(a=positive, b=positive, wide=positive, high=positive)
 def test_first_order_plants_reach_the_least_ratio_and_no_farther(a, b, wide, high):
@@ -67,6 +68,7 @@ def test_an_interval_of_one_point_is_a_number():
     assert block == RationalPlant([1], [1, 3, 2, 0])
 
 
+@pytest.mark.slow
 def test_a_class_given_whole_is_decided_for_all_plants_or_refuted_by_one():
     family = PlantFamily.of_formula("b/((s+1)*(s+a)*(s+2))", {"a": (1, 2), "b": (1, 2)})
     # at a = 1, b = 2, Routh: (s+1)^2 (s+2) + 2 k is stable for k < 9
@@ -129,6 +131,7 @@ def test_no_member_of_a_proved_box_destabilises(odd):
         assert max(np.roots(np.polyadd(d, k * np.array(n))).real) < 0
 
 
+@pytest.mark.slow
 def test_the_commands_take_the_file_and_the_json_has_the_parameters(tmp_path, capsys):
     path = tmp_path / "mass.toml"
     path.write_text('[plant]\nnum = ["-b"]\nden = [1, "a"]\n[plant.parameters]\na = [1, 2]\nb = [0.5, 1]\n')
@@ -207,6 +210,7 @@ def test_a_box_too_wide_is_made_narrower_until_it_is_proved():
     assert "narrower" in str(found)
 
 
+@pytest.mark.slow
 def test_a_report_is_asked_for_tolerances_and_draws_them(tmp_path):
     plant = '[plant]\nnum = [1]\nden = [1, "a + b"]\n[plant.parameters]\na = [1, 2]\nb = [1, 2]\n'
     text = f'{plant}[class]\nsector = [-1, 1]\n[report]\nask = ["tolerances"]\n'
@@ -257,6 +261,7 @@ def test_beside_a_dead_time_intervals_that_hold_an_unstable_plant_are_not_refute
     assert margin.words(family) == "a: nothing is shown"
 
 
+@pytest.mark.slow
 def test_an_interval_of_a_dead_time_grows_down_to_0_and_no_farther():
     family = PlantFamily.of_formula("exp(-T*s)/(s + 1)", {"T": (Fraction(1, 2), Fraction(3, 2))})
     (margin,) = tolerances(family, Sector(0, Fraction(1, 2))).margins  # a small gain: any T

@@ -212,6 +212,7 @@ def test_the_report_on_the_scheme_says_what_is_proved_of_the_rods_and_follows_th
     assert [spec.name for spec in found.beyond_figures] == ["rods-contacts", "rods-ends", "rods-energy"]
 
 
+@pytest.mark.slow
 def test_a_motion_that_gains_energy_is_no_report(monkeypatch):
     moving = replace(CASES["across-gap"], scenarios=(Scenario.parse(velocity=1),) * 2, until=1e-3)
     assert "contact 1 was closed once" in followed(moving)[0][1]

@@ -79,6 +79,7 @@ def test_two_equal_rods_that_meet_are_one_against_an_obstacle_half_way(alone):
     assert np.abs(found.energies(t) - 2 * alone.energies(t)).max() < 2e-13
 
 
+@pytest.mark.slow
 def test_rods_against_an_obstacle_that_does_not_move_are_each_alone(alone):
     other = rod(3, modulus=2, area=2)  # of a travel time in no rational ratio
     found = assembly_motion(

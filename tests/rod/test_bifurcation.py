@@ -52,6 +52,7 @@ def test_a_sweep_carries_the_motion_on_and_a_matched_rod_forgets_it(order):
 
 
 # two steps at the same value are one motion twice as long, and the second begins where the first has ended
+@pytest.mark.slow
 def test_each_step_begins_where_the_one_before_has_ended():
     force = "0.3 + 0.75*sin(t/2)"
     swept = bifurcation(SHAKEN, force.replace("0.75", "F"), "F", [0.75, 0.75], sweep=Sweep(plan=QUICK, order="up"))
@@ -101,6 +102,7 @@ def test_an_interrupted_motion_through_all_values_keeps_the_steps_that_were_done
     assert part.points[1].impacts == 1.0
 
 
+@pytest.mark.slow
 def test_the_result_is_json_and_the_same_every_time():
     first, second = (
         json.dumps(bifurcation(SHAKEN, "0.3 + F*sin(t/2)", "F", [0.5, 0.9], sweep=Sweep(plan=QUICK)).to_dict())

@@ -54,6 +54,7 @@ def test_the_ring_is_circulant_without_damping_only(N, a):
 
 
 # a = 0 cuts the ring: 2N cells in a row, (M + s I)/s is the nilpotent shift, one Jordan block of size 2N
+@pytest.mark.slow
 @given(N=cells, rate=st.integers(1, 9))
 def test_for_the_matched_rod_the_ring_is_one_jordan_block(N, rate):
     shift = (ring(N, rate, 0).astype(int) + rate * np.eye(2 * N, dtype=int)).astype(object)

@@ -201,6 +201,7 @@ def test_the_last_state_comes_in_the_ordering_of_the_scheme():
     assert states["eq48"] == pytest.approx(states["eq39"][upwind(rod, 12, ordering="eq48").permutation], abs=0)
 
 
+@pytest.mark.slow
 def test_above_1000_cells_the_structured_motion_is_the_exact_one():
     scheme = upwind(paper(gap="5e-5", compliance="1e-9", damping="0.3"), 1010, ordering="eq48")
     exact = integrate(scheme, RELEASE, 1.4e-4, method="exact", samples=16)
@@ -213,6 +214,7 @@ def test_above_1000_cells_the_structured_motion_is_the_exact_one():
     assert found.contacts[0][0] == pytest.approx(exact.contacts[0][0], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_work_is_counted():
     rod, scenario, until = MOTIONS["free"]
     runs = {method: integrate(upwind(rod, 12), scenario, until, method=method, samples=61) for method in GENERAL}

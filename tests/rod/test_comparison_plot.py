@@ -36,6 +36,7 @@ def near():
     return compare(NEAR, PAPER.scenario, 1e-3, cells=(10,), galerkin=(("P1", 6), ("P1", 11)), samples=301)
 
 
+@pytest.mark.slow
 def test_above_are_the_motions_and_below_their_errors(far):
     above, below = plot_comparison(far, ax=Figure().add_subplot())
     labels = [row.label for row in far.rows]

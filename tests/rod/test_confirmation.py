@@ -115,6 +115,7 @@ def test_the_multiplier_has_its_closed_form():
 
 
 # V' = -2 z p - eta z'^2 - (squares): what is left after the first two terms must not rise either, and must fall.
+@pytest.mark.slow
 @given(
     ratio=st.floats(-2.5, 1.5),
     stiffness=st.floats(-2, 5),

@@ -72,6 +72,7 @@ def smooth_flight():
     return scenario, exact_motion(ROD, scenario, 5.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", rarely(FAMILIES, "P2"))
 def test_the_order_against_the_exact_motion(space):
     scenario, motion = smooth_flight()

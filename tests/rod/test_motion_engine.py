@@ -166,6 +166,7 @@ def test_memory_does_not_grow_with_the_time():
 
 # k = 0 and a free end: u = -0.01 cos(pi x) cos(pi t) for ever, 0.01 cos(pi t) at x = 1.  Pressed by the force 0.2
 # against p = z, the rod comes to rest at z = 0.2.
+@pytest.mark.slow
 @WITH_NUMBA
 def test_a_hundred_thousand_round_trips_without_drift():
     scenario = Scenario.parse(displacement="-0.01*cos(pi*x)")

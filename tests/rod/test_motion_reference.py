@@ -157,6 +157,7 @@ def test_power_laws_agree_with_the_hypergeometric_function_within_the_error_they
             assert abs(float((reached - mpf(t)) * (1 - x))) <= motion.error + ROUNDING
 
 
+@pytest.mark.slow
 def test_the_reference_itself_satisfies_its_equation():
     rod = other_rod(compliance=Fraction("0.2"), damping=Fraction("0.3"), gap=Fraction("0.1"))
     exact = reference(rod, 6, **loaded_waves(), boundary={"z": "-0.1"})

@@ -124,6 +124,7 @@ def test_circle_limit_agrees_with_a_search_over_the_transfer_function(ratio, cel
         assert lowest <= -1 / largest.high * (1 - 1e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=uppers, stretch=st.floats(0, 4))
 def test_margin_is_a_lower_bound_that_is_nearly_attained(ratio, cells, upper, stretch):
@@ -172,6 +173,7 @@ def test_popov_is_sharp_at_the_smallest_theta(ratio, cells, upper):
         assert below.margin.high < 0
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts)
 def test_circle_is_sharp_at_its_largest_sector(ratio, cells):
@@ -185,6 +187,7 @@ def test_circle_is_sharp_at_its_largest_sector(ratio, cells):
         assert ratio > 1
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(6, of=12))
 @given(ratio=ratios, cells=cell_counts, upper=uppers)
 def test_popov_reaches_every_sector_and_what_holds_for_a_stiffer_obstacle_holds_for_a_softer_one(ratio, cells, upper):

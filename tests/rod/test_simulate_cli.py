@@ -109,6 +109,7 @@ def test_a_file_that_exists_is_replaced_with_force_only(lure, here):
         assert found.sizes["t"] == 21
 
 
+@pytest.mark.slow
 def test_fields_kept_for_a_picture_only_are_not_in_the_file(lure):
     drawn = ("--method", "scheme", "--space-time", "run.png")
     assert lure("simulate", "paper-rod", *SHORT, *drawn, "-o", "run.nc")[0] == 0

@@ -89,6 +89,7 @@ def test_contact_agrees_with_another_solver(exponent, damping):
     assert contradictions(run) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("exponent", "loads"), rarely(product((1.0, 1.5), DRIVEN), *((1.5, name) for name in DRIVEN if name != "both"))
 )

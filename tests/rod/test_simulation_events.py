@@ -37,6 +37,7 @@ def test_a_grazing_contact_is_found_or_ruled_out_on_both_sides(cells, exponent):
     assert clear.max_gap_coordinate == pytest.approx(-share * top, rel=0.05, abs=1e-13)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), cells=st.integers(1, 12))
 def test_the_largest_coordinate_is_that_of_all_instants(seed, cells):
     rng = np.random.default_rng(seed)

@@ -80,6 +80,7 @@ def flown():
     return simulate(upwind(rod(), 5), FLYING, until=6.0, samples=50)
 
 
+@pytest.mark.slow
 @given(length=st.floats(1e-3, 1e3), time=st.floats(1e-6, 1e3), mass=st.floats(1e-3, 1e3))
 def test_the_motion_does_not_depend_on_the_units(length, time, mass):
     per_area = 1 / (length * time**2) * mass  # unit of stress

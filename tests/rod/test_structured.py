@@ -209,6 +209,7 @@ def test_the_bound_for_all_times_is_the_largest_value_of_the_register(k, N, seed
 
 
 # the first swing; later the rod of this gap would touch, since it comes to rest higher still
+@pytest.mark.slow
 @pytest.mark.parametrize("N", rarely([50, 2000], 2000))
 def test_a_graze_is_seen_from_both_sides(N):
     T, gap = PAPER.rod.travel_time, 0.02

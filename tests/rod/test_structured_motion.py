@@ -121,6 +121,7 @@ def test_a_run_that_ends_in_contact_says_so():
     assert np.ptp(run.z) > 1e-6
 
 
+@pytest.mark.slow
 def test_one_hundred_thousand_cells_in_contact():
     scheme = upwind(rod_with(2e-4, 0.0), 100_000)
     run = structured_motion(scheme, DATA, 5e-4, samples=11)

@@ -120,6 +120,7 @@ def test_a_longer_rod_is_a_slower_one(rod, turns, factor):
     assert RodPlant(longer).transfer(s / factor) == pytest.approx(factor * RodPlant(rod).transfer(s), rel=1e-10)
 
 
+@pytest.mark.slow
 @given(rod=rods())
 def test_the_residue_at_zero_is_the_area_over_the_damping(rod):
     # Q = 1 - 2 s T changes s H by about s T (k/Z + Z/k)

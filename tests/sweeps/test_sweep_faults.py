@@ -82,6 +82,7 @@ def test_one_process_that_is_killed_repeats_its_own_chunk_alone(written, tmp_pat
     assert 1 <= found["repeated"] <= kills
 
 
+@pytest.mark.slow
 def test_what_a_killed_run_had_half_made_is_removed_and_said(written, tmp_path, monkeypatch):
     study, _ = written(count=20, chunk=20)
     gone = subprocess.Popen([sys.executable, "-c", ""])
@@ -206,6 +207,7 @@ def readable():
                 each.chmod(0o755)
 
 
+@pytest.mark.slow
 def test_a_store_that_may_not_be_written_is_said(readable):
     folder, close = readable
     study = study_of({"system": "paper-rod", "ask": "rod", "chunk": 1, "over": {"rod.damping": [1e-4, 2e-4]}})

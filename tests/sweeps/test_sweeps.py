@@ -120,6 +120,7 @@ def test_a_row_of_a_rod_is_that_of_the_plain_question(place):
         assert quick.certificates == plain.certificates
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_where_it_stopped(loops, monkeypatch):
     study, folder = loops
     study = study_of(study, folder=folder)

@@ -143,6 +143,7 @@ def motion(block, nonlinearity, start, until):
     return found.y.T
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(5, of=1000))
 @given(st.data(), lurie_blocks(order=(1, 3)))
 def test_continuous_loops_with_members_of_a_proved_sector_do_not_grow(data, block):

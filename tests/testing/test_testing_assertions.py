@@ -74,6 +74,7 @@ def test_a_black_box_passes_its_own_slope_bounds_and_fails_any_smaller(nonlinear
     assert violation_of(assert_slope_restricted, hidden(nonlinearity), SlopeBounds(tight.lower + step, tight.upper))
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(8, of=1000))
 @given(sector_graphs(0, 2))
 def test_known_laws_are_decided_for_every_sigma(nonlinearity):
@@ -188,6 +189,7 @@ def test_single_precision_is_judged_as_such():
 # -- oddness and monotony
 
 
+@pytest.mark.slow
 def test_oddness():
     assert assert_odd("sigma**3/(1 + cos(sigma)**2)").evidence is Evidence.CERTIFIED
     assert assert_odd(Saturation()).evidence is Evidence.CERTIFIED
