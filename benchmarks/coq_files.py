@@ -201,7 +201,7 @@ class Folder:
         for kind, text in chain.from_iterable(turns):
             if text is not None:
                 try:
-                    yield kind, coq_text(check(text)), ""
+                    yield kind, coq_text(check(text, seconds=math.inf)), ""
                 except InputError as error:
                     yield kind, "", str(error).partition("to Coq: ")[2] or str(error)
 

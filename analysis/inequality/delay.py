@@ -107,7 +107,7 @@ class DelayResponse:
         try:
             zeros, _ = right_zeros(turned, bottom.degree(), critical)
         except Rejected as refused:
-            raise AssumptionError(f"the poles of the block {block}: {refused}", code=Reason.DEAD_TIME) from None
+            raise AssumptionError(f"the poles of the block {block}: {refused}", code=Reason.PRECISION) from None
         if zeros:
             raise AssumptionError(
                 f"the block {block} has {zeros} poles to the right of the axis; with dead time only stable blocks, or "

@@ -38,7 +38,7 @@ def as_one_channel(asked: Problem) -> Problem:
     sloped = asked.question == "slope" or (whole and one.slope is not None and one.slope.lower == one.gains[0])
     lower = Fraction(one.gains[0]) if sloped and not (one.time_varying or one.linear) else Fraction(0)
     from_zero = one.sector.lower == lower
-    if from_zero and plant.strictly_proper and not _unstable_from(plant, lower):
+    if from_zero and plant.strictly_proper and _refused_from(plant, lower) is None:
         return asked
     if whole and (one.gains[1] == math.inf or not asked.provable or asked.refusals or asked.method != BEST):
         return asked
@@ -48,18 +48,18 @@ def as_one_channel(asked: Problem) -> Problem:
     return replace(asked, plant=listed, classes=classes, nonlinearity=None, membership=None, known=known)
 
 
-def _unstable_from(plant: object, lower: Fraction = Fraction(0)) -> str:
-    """Why the plant is not stable with small gains above a lower one, where that is known; empty else."""
+def _refused_from(plant: object, lower: Fraction = Fraction(0)) -> AssumptionError | None:
+    """Why the plant is not stable with small gains above a lower one, or, with ``PRECISION``, not known to be."""
     assert isinstance(plant, DelayPlant), "asked of such plants"
     if not plant.strictly_proper:
-        return ""
+        return None
     try:
         Delayed.of(plant, lower)
     except AssumptionError as refused:
         roots = root_counts(from_descending(plant.denominator))
         unstable = lower or refused.code is Reason.RESIDUE or plant.feedback or roots.right or roots.axis
-        return str(refused) if unstable else ""
-    return ""
+        return refused if unstable else None
+    return None
 
 
 def top_of(asked: Problem) -> Fraction:
@@ -98,10 +98,10 @@ def bound_of_factors(asked: Problem, found: Factors) -> StabilityBound:
         witness = replace(witness, k=high)
         if row.verdict is Verdict.REFUTED:
             reason = "the class should begin where the plant is stable"
-        elif (
-            row.verdict is Verdict.INCONCLUSIVE and lower == 0 and (why := _unstable_from(asked.plant))
-        ):  # by small gains
-            concluded, reason = conclusion_of(found.asked.scaled(factor), shown), why
+        elif row.verdict is Verdict.INCONCLUSIVE and lower == 0:
+            refused = _refused_from(asked.plant)
+            if refused is not None and refused.code is not Reason.PRECISION:  # by small gains
+                concluded, reason = conclusion_of(found.asked.scaled(factor), shown), str(refused)
     return replace(
         row,
         question=asked.question,

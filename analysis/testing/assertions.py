@@ -222,6 +222,7 @@ def _told_where_called(assertion: Callable[P, Checked]) -> Callable[P, Checked]:
 
     @wraps(assertion)
     def asserted(*args: P.args, **kwargs: P.kwargs) -> Checked:
+        """The assertion itself."""
         __tracebackhide__ = True
         try:
             return assertion(*args, **kwargs)

@@ -91,6 +91,15 @@ def test_a_neutral_equation_of_which_nothing_is_proved_is_not_refuted_by_a_gain_
     assert found.refuted_at == pytest.approx(1.309017, rel=1e-6)
 
 
+@pytest.mark.slow
+def test_a_plant_whose_poles_are_not_counted_is_not_refuted_by_a_gain_above_0():
+    # next to 2i a root lies e exp(-2i)/(4i (1 + 2i)) to the left, e = 10^-12, so that the plant is stable, and with
+    # gains below e it stays so; the count does not tell the root from one on the axis
+    found = max_sector("exp(-s)/((s^2 + 4)*(s + 1) - exp(-s)/10^12)")
+    assert (found.verdict, found.reason.endswith("on the axis, or near it")) == (Verdict.INCONCLUSIVE, True)
+    assert found.refuted_at == pytest.approx(1e-6)
+
+
 @pytest.mark.parametrize("text", ["-1/2 - exp(-s)/(s + 3)", "-1/2 - 2/3/(s + 3 - exp(-s))"])
 def test_a_direct_term_without_dead_time_needs_slopes(text):
     # H(0) = -1/2 - 1/3, and Re H is least there: the gain 6/5 puts a root at 0
