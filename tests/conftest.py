@@ -57,6 +57,26 @@ def pytest_collection():
         gc.enable()
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_sessionstart(session):
+    """Of each test a process of xdist tells the outcome, not when it began or that nothing was wrong before and after.
+
+    For a test of a millisecond the six messages take longer than the test; a report in XML needs them all.
+    """
+    plugins = session.config.pluginmanager.get_plugins()
+    worker = next((each for each in plugins if hasattr(each, "sendevent")), None)
+    if worker is None or session.config.getoption("xmlpath", None):
+        return
+    tell = worker.sendevent
+
+    def tell_news(name, **news):
+        passed = name == "testreport" and news["data"]["outcome"] == "passed"
+        if name not in ("logstart", "logfinish") and not (passed and news["data"]["when"] != "call"):
+            tell(name, **news)
+
+    worker.sendevent = tell_news
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collect_file():
     """Look for doctests in the packages alone: tests have none, and each of their modules would be collected twice."""
