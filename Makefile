@@ -8,8 +8,9 @@ PIP = $(BIN)/python -m pip install --disable-pip-version-check --no-input -c con
 # One linear-algebra thread for each of the two test processes: more only compete for the cores.
 ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 PYTEST = $(ONE_THREAD) $(BIN)/python -m pytest
-# Without the plugins of nbmake and zarr, each of which takes each process a third of a second to load.
-TESTS = $(PYTEST) -p no:nbmake -p no:zarr -n 2
+# Without the plugins of nbmake and zarr, each of which takes each process a third of a second to load, and that of
+# logging, which listens anew before, in and after each test.
+TESTS = $(PYTEST) -p no:nbmake -p no:zarr -p no:logging -n 2
 
 .DEFAULT_GOAL = help
 .NOTPARALLEL:

@@ -293,9 +293,10 @@ def test_json_and_standard_output(lure, tmp_path):
     ("formula", "told"),
     [
         ("tanh(sigma)", []),
-        (
+        pytest.param(
             "sigma*(1 + (sin(5*sigma) + cos(5*sigma))/1.42)",
             ["phi lies in the sector you declare"],
+            marks=pytest.mark.slow,
         ),  # for ever: not decided
     ],
 )

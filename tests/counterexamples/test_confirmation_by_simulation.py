@@ -67,7 +67,7 @@ def test_a_true_proof_is_not_accused(name):
     assert tried(RationalPlant(num, den, dt=dt), nonlinearity, conclusion=ATTRACTS, budget=10_000).contradiction is None
 
 
-@pytest.mark.parametrize("name", rarely(FALSE, "smooth limit cycle", "barely above the limit 8"))
+@pytest.mark.parametrize("name", rarely(FALSE, "smooth limit cycle", "barely above the limit 8", "sampled cycle"))
 def test_a_false_proof_is_contradicted_by_a_solution(name):
     num, den, dt, nonlinearity, finding = FALSE[name]
     block = RationalPlant(num, den, dt=dt)

@@ -271,6 +271,7 @@ def test_a_pole_at_zero_of_the_shifted_loop_forbids_that_zero_attracts_all(block
     assert any(f"pole at {'z = 1' if block.dt else '0'}" in note for note in found.not_shown)
 
 
+@pytest.mark.slow
 def test_with_a_direct_term_a_bare_sector_is_not_enough_for_popov():
     # phi = 25 sigma (1 + sin(400 ln |sigma|)) lies in [0, 50], and sigma + 2 phi(sigma) = y has many solutions: the
     # state can grow by jumps between them, though Popov's inequality holds for every finite k

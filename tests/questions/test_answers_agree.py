@@ -59,9 +59,8 @@ def test_a_lower_gain_with_poles_on_the_axis_refutes_every_class(ask, lower):
     assert f"{said} (certified)" in str(found.conclusion)
 
 
-@pytest.mark.parametrize(
-    "lower", [pytest.param(-0.5, marks=pytest.mark.slow), 0, pytest.param(0.5, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("lower", [-0.5, 0, 0.5])
 def test_with_dead_time_the_upper_bound_that_would_be_proved_is_advised(lower):
     advised = analyse("exp(-s)/(s+1)", Sector(lower, 5)).hints
     assert any("upper bound of 2.2618" in hint for hint in advised)

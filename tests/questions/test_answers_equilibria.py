@@ -108,6 +108,7 @@ def test_a_class_whose_slopes_are_not_its_sector_is_proved_by_the_analysis_as_by
     assert analyse(Problem.about(block, steep)).conclusion.shown.theorem == "jury-lee"
 
 
+@pytest.mark.slow
 def test_what_is_only_declared_is_said_to_be_so():
     nonlinearity = ExpressionNonlinearity("sigma*(1 + sin(sigma)**2)", sector=Sector(0, 2))
     found = analyse(Loop(RationalPlant([1], [1, 1]), nonlinearity)).conclusion

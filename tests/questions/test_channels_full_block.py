@@ -49,10 +49,11 @@ def double(text):
 # largest factors with full-block multipliers, recomputed by others at the vertices of the gains with R < 0: .798467 and
 # .678574; concave in each gain is less than R < 0, and the orthants of the first plant show a little more, which
 # other processors reach to the 1e-4 at which the search ends
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plant", "others", "ours"),
     [
-        pytest.param(VEENMAN, 0.798467, 0.79998, marks=pytest.mark.slow),
+        (VEENMAN, 0.798467, 0.79998),
         (OPPOSITE, 0.678574, 0.678573),
     ],
 )

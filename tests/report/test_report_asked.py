@@ -32,6 +32,7 @@ def test_what_was_asked_is_not_said_to_be_open(tmp_path):
 
 
 # 1/(s (s + 1) (s + 2)) with phi = 0 stays where it is: no rate is true of the sector [0, 1]
+@pytest.mark.slow
 def test_what_was_asked_and_not_proved_is_still_said_not_to_be_shown(tmp_path):
     path = tmp_path / "loop.toml"
     path.write_text(FILE.format("rate").replace("[1, 3, 2]", "[1, 3, 2, 0]"))
