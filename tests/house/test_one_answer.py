@@ -34,7 +34,7 @@ SEARCHED = {"ct-3", "ct-4", "ct-5", "ct-6", "ct-7", "dt-1", "dt-2", "dt-3", "dt-
 SEARCHED |= {"fetzer-scherer", "kalman-fitts", "leonov-bragin-kuznetsov", "veenman-scherer-koroglu"}  # seconds each
 LONG = SEARCHED - {"dt-5", "integrator-lead"}  # more than two; dt-6 is among the files above
 LONG |= {"ct-1", "iqc-odd-slope", "iqc-resonance", "three-lags", "triple-lag"}  # of the kind of 1/(s+1)^3 in FILES
-SEARCHED |= {"biproper", "secant-ring", "between", "rough", "slope", "late"}  # of the kind of "odd" and "checked"; dead time
+SEARCHED |= {"biproper", "secant-ring", "between", "rough", "slope", "late"}  # "odd" and "checked" are such; dead time
 LAW = '[nonlinearity]\nkind = "{}"\n{}\n'
 DT_6 = '[plant]\ntransfer = "(2*z+0.92)/(z^2-0.5*z)"\ndt = 1\n[class]\n'
 FILES = {
