@@ -26,8 +26,11 @@ from lure.analysis.inequality.ellipsoids import (
 from lure.analysis.inequality.level_sets import level_set
 from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
 from lure.analysis.numerics.polynomial import to_fraction
+from lure.analysis.questions.channel_refutations import constant_gains, refutation
+from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import Shape, levels, matrix_of
 from lure.arrays import NDArray, np
+from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.plants.multivariable import MultivariablePlant
 
 MARGINS = (1e-7, 1e-5, 1e-3, 1e-2)
@@ -519,6 +522,25 @@ def _row(row: NDArray[np.float64], P: NDArray[np.float64], one: Local) -> list[s
 
 
 # Starts outside.
+
+
+def why_no_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape]) -> str:
+    """That 0 attracts no neighbourhood, if the loop is linear near it and the checker accepts that; else that none was found.
+
+    Parameters
+    ----------
+    plant : MultivariablePlant
+        The linear part.
+    shapes : sequence of Shape
+        What is known of each nonlinearity: with one that is no line near 0 nothing is said.
+    """
+    near = [one.pieces[sum(cut < 0 for cut in one.cuts)] for one in shapes if one.pieces and 0 not in one.cuts]
+    if len(near) == len(shapes) and all(piece.degree() <= 1 for piece in near):
+        gains = [to_fraction(piece[1]) for piece in near]
+        classes = Diagonal(tuple(NonlinearityClass(sector=Sector(gain, gain + 1)) for gain in gains))
+        if refutation(Problem(plant=plant, classes=classes, kind="class"), Fraction(1), constant_gains(gains)):
+            return "near 0 the loop is linear and not asymptotically stable, so that no neighbourhood of 0 is attracted"
+    return "no invariant ellipsoid was found"
 
 
 def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:

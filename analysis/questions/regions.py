@@ -31,6 +31,7 @@ from lure.analysis.questions.region_proofs import (
     proved_ellipsoid,
     proved_growth,
     proved_level_set,
+    why_no_ellipsoid,
 )
 from lure.analysis.questions.region_sets import (
     Shape,
@@ -455,7 +456,7 @@ def _answered(
             sets=(),
             outside=outside,
             area=(0.0, high),
-            reason="the time allowed is over" if late else "no invariant ellipsoid was found",
+            reason="the time allowed is over" if late else why_no_ellipsoid(found, shapes),
             stopped="time" if late else None,
         )
     more, planar, along = None, PlanarSets((), None), list[Proved]()

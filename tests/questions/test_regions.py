@@ -100,10 +100,11 @@ def test_discrete_time_with_one_state():
     assert_both_reject(edited(beyond, "proof", "interval", value=["-1", "1"]))  # 1.5 goes to 1.25
 
 
-def test_a_pair_on_the_unit_circle_leaves_nothing_to_find():
-    # z^2 - 1.9 z + 0.98 and sat, of slope 1 near 0: z^2 - 1.8 z + 1, of two roots of modulus 1
-    found = region(as_plant("(0.1*z + 0.02)/(z^2 - 1.9*z + 0.98)", dt=1), Saturation(gain=1, limit=1))
-    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "no invariant ellipsoid was found")
+# z^2 - 1.9 z + 0.98 and a slope of 1 near 0: z^2 - 1.8 z + 1, of two roots of modulus 1; s^2 - s/2 - 1 + 4
+@pytest.mark.parametrize(("plant", "gain"), [("(0.1*z + 0.02)/(z^2 - 1.9*z + 0.98)", 1), ("1/(s^2 - s/2 - 1)", 4)])
+def test_where_the_loop_near_0_is_linear_and_unstable_that_is_the_reason(plant, gain):
+    found = region(as_plant(plant, dt=1 if "z" in plant else None), Saturation(gain=gain, limit=1))
+    assert found.reason.startswith("near 0 the loop is linear and not asymptotically stable")
 
 
 def test_the_command_says_what_x_is_where_no_matrices_are_given(tmp_path, capsys):

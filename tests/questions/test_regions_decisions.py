@@ -260,7 +260,7 @@ def test_what_a_region_is_where_no_ellipsoid_is_found(ellipsoid, grown, everywhe
     monkeypatch.setattr(regions, "proved_growth", lambda *_: beyond)
     monkeypatch.setattr(regions, "proved_everywhere", lambda *_: None if everywhere is None else proof())
     monkeypatch.setattr(regions, "matrix_of", lambda *_: ((F(1), F(0)), (F(0), F(1))))
-    found, shape = SimpleNamespace(order=2), SimpleNamespace(reach=None)
+    found, shape = SimpleNamespace(order=2), SimpleNamespace(reach=None, pieces=())
     one = regions._answered((found, [shape]), (found, [shape]), None, None)
     if said == "everything":
         assert (one.verdict, one.sets[0].kind, one.area) == (PROVED, "everything", (inf, inf))
