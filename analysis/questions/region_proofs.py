@@ -525,7 +525,7 @@ def _row(row: NDArray[np.float64], P: NDArray[np.float64], one: Local) -> list[s
 
 
 def why_no_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape]) -> str:
-    """That 0 attracts no neighbourhood, if the loop is linear near it and the checker accepts that; else that none was found.
+    """That 0 attracts no neighbourhood, if the loop near it is linear and the checker agrees; else that none was found.
 
     Parameters
     ----------
