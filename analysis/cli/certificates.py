@@ -462,7 +462,9 @@ def _explained(code: Code) -> list[str]:
 @app.command(help=texts.EXPORT)
 def export(
     certificate: Annotated[str, typer.Argument(metavar="CERTIFICATE", help="A certificate; - is standard input.")],
-    coq: Annotated[bool, typer.Option("--coq", help="For Coq, 8.16 or later.")] = False,
+    coq: Annotated[
+        bool, typer.Option("--coq", show_default=False, help="For Coq, 8.16 or later, as without it.")
+    ] = True,
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="The file to write; - for standard output.")
     ] = Path("loop.v"),
@@ -471,8 +473,6 @@ def export(
     quiet: Quiet = False,
 ) -> None:
     """Write what a certificate shows for a proof assistant."""
-    if not coq:
-        raise InputError("nothing says for which program the certificate is exported; give --coq")
     if str(output) != "-":
         _check_name(output)
     found = verified(certificate, second=False, seconds=seconds)

@@ -376,9 +376,9 @@ EXPORT = """Write a certificate as a proof for Coq.
 
 \b
 Examples:
-  lure export --coq certificate.json
-  lure export --coq certificate.json -o loop.v && coqc loop.v
-  lure certify third-order --sector 0 5.9 -o - | lure export --coq - -o loop.v
+  lure export certificate.json
+  lure export certificate.json -o loop.v && coqc loop.v
+  lure certify third-order --sector 0 5.9 -o - | lure export - -o loop.v
 
 \b
 The file states a theorem about the plant's own coefficients and proves it by

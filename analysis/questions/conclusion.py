@@ -277,9 +277,9 @@ def _proved(asked: Problem, shown: Proved, larger: Proved | None) -> Conclusion:
     head = f"{says} for every {whole}{plants and ' and' + plants.removeprefix(' for')}"
     found = head
     if name:
-        member = f"(it is {'declared' if words else 'checked'} to be one)"
+        member = f"(the nonlinearity is {'declared' if words else 'checked'} to be one)"
         if asked.several:
-            member = f"(these are {'declared' if words else 'checked'} to belong)"
+            member = f"(each nonlinearity is {'declared' if words else 'checked'} to be one)"
         found = f", as for every {about} {member}"
         given = asked.known if nonlinearity is None else (nonlinearity,)
         if not attracts and given and _rests_at_zero_only(given, shown):

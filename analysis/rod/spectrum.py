@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from lure.errors import AssumptionError
+from lure.plants.multivariable import counted
 from lure.record import Column, Page, Record, quantity
 from lure.rod.discretisation import UpwindScheme, upwind
 from lure.rod.parameters import Rod
@@ -109,7 +110,7 @@ def wave_mode(rod: Rod, number: int, cells: int | None) -> complex:
     """
     turn = number if rod.reflection < 0 else number - 0.5
     if rod.reflection == 0.0 or turn < 0 or (cells is not None and number > cells):
-        what = "the rod" if cells is None else f"the scheme with {cells} cells"
+        what = "the rod" if cells is None else f"the scheme with {counted(cells, 'cell')}"
         raise AssumptionError(f"{what} has no wave mode {number} for a = {rod.reflection:g}")
     if cells is None:
         return complex(RodPlant(rod).log_reflection, 2.0 * math.pi * turn) / (2.0 * rod.travel_time)

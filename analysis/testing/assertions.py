@@ -212,9 +212,8 @@ def _no_value(phi: Subject, inquiry: Inquiry, error: NotANumber) -> str:
         error = simpler
     return (
         f"it was not tested whether {_claim(phi, inquiry)}: phi({exact_text(error.sigma, 12)}) {error}, and a "
-        "nonlinearity is a function of one number with a finite real value everywhere; name the interval on which this "
-        "one has, on=(low, high)"
-    )
+        "nonlinearity is a function of one number with a finite real value everywhere"
+    ) + ("; name the interval on which this one has, on=(low, high)" if error.elsewhere else "")
 
 
 def _told_where_called(assertion: Callable[P, Checked]) -> Callable[P, Checked]:

@@ -23,11 +23,15 @@ _MOST_BREAKPOINTS = 1000
 
 
 class NotANumber(Exception):
-    """The nonlinearity has no finite real value at a point; ``sigma`` is the point, the text says what came instead."""
+    """The nonlinearity has no finite real value at a point; ``sigma`` is the point, the text says what came instead.
 
-    def __init__(self, sigma: float, what: str) -> None:
+    ``cause``: what came, or was raised; numbers and what arithmetic raises depend on the point.
+    """
+
+    def __init__(self, sigma: float, what: str, cause: object) -> None:
         super().__init__(what)
         self.sigma = sigma
+        self.elsewhere = isinstance(cause, complex | float | ArithmeticError | ValueError)
 
 
 @dataclass(slots=True)
@@ -98,10 +102,11 @@ class Subject:
                 value = self.call(sigma)
         except Exception as error:  # whatever the nonlinearity raises is what the message is about
             says = f" ({error})" if str(error) else ""
-            raise NotANumber(sigma, f"raises {type(error).__name__}{says}"[:160]) from None
+            raise NotANumber(sigma, f"raises {type(error).__name__}{says}"[:160], error) from None
         number = _real(value)
         if number is None or not math.isfinite(number):
-            raise NotANumber(sigma, f"is {value!r:.60}" if number is None else f"is {number}")
+            what = f"is {value!r:.60}" if number is None else f"is {number}"
+            raise NotANumber(sigma, what, value if number is None else number)
         return number
 
     def _array(self, sigma: Reals) -> Reals | None:

@@ -162,6 +162,11 @@ def system_source(reference: str) -> SystemSource:
     if file or there:
         return _source_of(_text(path), name=path.stem, source=path.name, folder=path.parent)
     hint = f"did you mean {beside!r}? " if meant else did_you_mean(reference, names, cutoff=0.6)
+    if any(mark in reference for mark in "(^*"):
+        raise InputError(
+            f"there is no built-in system {shown(reference)}; give a formula as lure max-sector --transfer "
+            f"{shown(reference)}, or as transfer = {shown(reference)} below [plant] in a TOML file"
+        )
     raise InputError(
         f"there is no built-in system {shown(reference)}; {hint}choose from those that lure systems lists, or give the "
         "path of a TOML file"

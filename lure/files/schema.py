@@ -93,6 +93,8 @@ def _list(value: object, info: ValidationInfo) -> tuple[Fraction | str, ...]:
 
 def _matrix(value: object, info: ValidationInfo) -> list[Any]:
     key = field_key(info)
+    if key.startswith("performance.") and not isinstance(value, list):
+        return [_either(value, key)]
     return _rows(value, key, 2, _either if key.startswith("performance.") else _entry if _formulas(info) else _exact)
 
 
@@ -332,8 +334,8 @@ class PerformanceTable(BaseModel):
     """``[performance]``: a disturbance ``w`` and an output ``z``; what is left out is 0."""
 
     model_config = ConfigDict(**STRICT, title="performance")
-    Bw: Matrix = Field(default=None, description="how w moves the state, a row for each state")
-    Cz: Matrix = Field(default=None, description="how z sees the state, a row for each output")
+    Bw: Matrix = Field(default=None, description="how w moves the state, a row for each state; one list for one w")
+    Cz: Matrix = Field(default=None, description="how z sees the state, a row for each output; one list for one z")
     Dzw: Matrix = Field(default=None, description="from w to z")
     Dzmu: Matrix = Field(default=None, description="from mu = -phi(sigma) to z, a column for each channel")
     Dsigmaw: Matrix = Field(default=None, description="from w to sigma, a row for each channel")

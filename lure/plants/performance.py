@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from fractions import Fraction
-from typing import cast
+from typing import Any, cast
 
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -66,9 +66,10 @@ class Performance(Record):
         Parameters
         ----------
         stated : Performance or mapping
-            ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1.  A text
-            is the decimal or the quotient that it says, exactly, or a formula in parameters: those of the plant, and
-            the ``parameters`` that are stated here, each with its bounds or its value.
+            ``Bw``, ``Cz``, ``Dzw``, ``Dzmu``, ``Dsigmaw``: each a list of rows or an array; a number for 1 x 1, a
+            list of numbers for the column of one ``w`` or the row of one ``z``.  A text is the decimal or the quotient
+            that it says, exactly, or a formula in parameters: those of the plant, and the ``parameters`` that are
+            stated here, each with its bounds or its value.
 
         Raises
         ------
@@ -233,11 +234,14 @@ def _plainly(value: object) -> str:
 
 
 def _matrix(name: str, value: object, known: Constants) -> Rows:
-    rows = value.tolist() if hasattr(value, "tolist") else value
+    rows: Any = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(rows, int | float | Fraction | str) and not isinstance(rows, bool):
-        rows = [[rows]]
+        rows = [rows]
+    flat = isinstance(rows, list | tuple) and rows and not any(isinstance(entry, list | tuple) for entry in rows)
+    if flat and (name != "Dzw" or len(rows) == 1):  # of one w a column, of one z a row
+        rows = [[entry] for entry in rows] if name in ("Bw", "Dsigmaw") else [rows]
     listed = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) and row for row in rows)
-    if not listed or not rows or len({len(row) for row in cast("Sequence[Sequence[object]]", rows)}) != 1:
+    if not listed or not rows or len({len(row) for row in rows}) != 1:
         raise InputError(
             f"performance.{name} is {_plainly(rows):.60}; give rows of numbers of equal length, such as [[1, 0]]"
         )
@@ -254,8 +258,7 @@ def _matrix(name: str, value: object, known: Constants) -> Rows:
         return exact_number(top[0] / bottom[0] if top else Fraction(0), where)
 
     return tuple(
-        tuple(read(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row))
-        for i, row in enumerate(cast("Sequence[Sequence[object]]", rows))
+        tuple(read(entry, f"performance.{name}[{i}][{j}]") for j, entry in enumerate(row)) for i, row in enumerate(rows)
     )
 
 

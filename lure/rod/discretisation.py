@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from lure.arrays import ArrayLike, NDArray, np
 from lure.errors import InputError
 from lure.plants.block import LinearBlock, StructuredPlant
+from lure.plants.multivariable import counted
 from lure.record import Record, derived, quantity
 from lure.rod.parameters import Rod
 from lure.rod.transfer import RodPlant, certificate_parameters, ring_transfer
@@ -112,7 +113,7 @@ class UpwindScheme(Record, StructuredPlant, kw_only=False):
     @property
     def name(self) -> str:
         """``the scheme with N cells``."""
-        return f"the scheme with {self.cells} cells"
+        return f"the scheme with {counted(self.cells, 'cell')}"
 
     @property
     @derived(label="states")

@@ -159,6 +159,11 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
             ["report", "servo"],
             "there is no built-in system 'servo'; did you mean 'servo.toml'? choose from those that lure ",
         ),
+        (
+            ["max-sector", "1/(s+1)^3"],
+            "there is no built-in system '1/(s+1)^3'; give a formula as lure max-sector --transfer '1/(s+1)^3', or as "
+            "transfer = '1/(s+1)^3' below [plant] in a TOML file\n",
+        ),
         (["report", "motor"], "there is no built-in system 'motor'; choose from those that lure systems lists, or "),
         (
             ["report", "mine.toml"],

@@ -363,7 +363,8 @@ def test_a_static_server_is_enough(browser, folder):
 
 
 def test_a_link_shares_a_rod(browser, folder):
-    page, said = opened(browser, f"{folder.as_uri()}/index.html#num=1&den=1,2,1&k=3&damping=Z/3&cells=7")
+    page, said = opened(browser, f"{folder.as_uri()}/index.html#num=1&den=1,2,1&k=3&damping=Z/3&cells=7&tehta=1")
+    assert "The address has tehta, which no field" in page.inner_text("#unread")
     page.wait_for_selector("#scheme-verdict[data-verdict=PROVED]", timeout=60_000)
     assert (page.input_value("#damping"), page.input_value("#cells"), page.input_value("#den")) == ("Z/3", "7", "1,2,1")
     page.fill("#cells", "8")

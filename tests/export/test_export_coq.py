@@ -550,12 +550,11 @@ def test_the_command_writes_a_file_and_refuses_names_that_coqc_does_not_take(lur
     monkeypatch.chdir(tmp_path)
     draft = matrix_draft(RationalPlant([1], [1, 1]), Fraction(5))
     Path("proof.json").write_text(json.dumps(dict(complete_and_check(draft).certificate)))
-    status, out, err = lure("export", "--coq", "proof.json", "-o", "loop.v")
+    status, out, err = lure("export", "proof.json", "-o", "loop.v")
     assert status == 0
     assert "coqc loop.v" in out + err
     assert Path("loop.v").read_text("utf-8").endswith("Print Assumptions stable.\n")
     for arguments, said in (
-        (("export", "proof.json"), "give --coq"),
         (("export", "--coq", "proof.json", "-o", "a-loop.v"), "coqc takes names"),
         (("export", "--coq", "proof.json", "-o", "loop.v"), "exists"),
         (("export", "--coq", "missing.json", "-o", "other.v"), "does not exist"),

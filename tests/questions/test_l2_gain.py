@@ -374,7 +374,7 @@ def test_the_figure_has_the_bound_above_every_linear_member():
         ),
         ("[performance]\nBw = [[1], [0, 1]]\nCz = [[1, 1]]\n", "give rows of numbers of equal length"),
         ("[performance]\nBv = [[1], [0]]\nCz = [[1, 1]]\n", "unknown key performance.Bv"),
-        ('[performance]\nBw = "1"\nCz = [[1, 1]]\n', "give a list of rows"),
+        ("[performance]\nBw = true\nCz = [[1, 1]]\n", "performance.Bw is true; give a number"),
         ("[performance]\nBw = [[nan], [0]]\nCz = [[1, 1]]\n", "performance.Bw[0][0]"),
     ],
 )
@@ -391,8 +391,14 @@ def test_a_class_needs_no_list_and_finite_bounds():
     assert l2_gain(plant, Sector(0, 1), seen).gain == l2_gain(plant, [Sector(0, 1)], seen).gain
     with pytest.raises(InputError, match=r"an L2 gain needs finite bounds.*such as sector = \[0, 10\]"):
         l2_gain(plant, Sector(0, math.inf), seen)
-    with pytest.raises(InputError, match=r"performance.Bw is \[0, 1/3\]; give rows"):
-        l2_gain(plant, Sector(0, 1), {"Bw": [0, F(1, 3)], "Cz": [[1]]})
+    with pytest.raises(InputError, match=r"performance.Dzw is \[0, 1/3\]; give rows"):
+        l2_gain(plant, Sector(0, 1), {"Dzw": [0, F(1, 3)], "Cz": [[1]]})
+
+
+def test_one_list_is_the_column_of_one_w_or_the_row_of_one_z():
+    found = Performance.given({"Bw": [0, 1], "Dsigmaw": [2], "Cz": [1, 0], "Dzmu": [3], "Dzw": "1/2"})
+    assert (found.Bw, found.Dsigmaw) == (((0,), (1,)), ((2,),))
+    assert (found.Cz, found.Dzmu, found.Dzw) == (((1, 0),), ((3,),), ((F(1, 2),),))
 
 
 @pytest.mark.slow

@@ -474,22 +474,22 @@ DEAD = "dead zone of |sigma| <= 1, then slope 1"
         (
             {"phi": Saturation(gain=1, limit=1)},
             f"Every solution converges to 0 with {SATURATION}",
-            f": every solution converges to the set of equilibria for every {ABOUT} (it is checked to be one), "
-            "and it vanishes at 0 only",
+            f": every solution converges to the set of equilibria for every {ABOUT} (the nonlinearity is checked to be "
+            "one), and it vanishes at 0 only",
             True,
             (),
         ),
         (
             {"phi": DeadZone(width=1)},
             f"{REST} with {DEAD}",
-            f", as for every {ABOUT} (it is checked to be one)",
+            f", as for every {ABOUT} (the nonlinearity is checked to be one)",
             False,
             (),
         ),
         (
             {"phi": DeadZone(width=1), "conclusion": "0 attracts every motion"},
             f"The point 0 attracts every solution with {DEAD}",
-            f", as for every {ABOUT} (it is checked to be one)",
+            f", as for every {ABOUT} (the nonlinearity is checked to be one)",
             True,
             (),
         ),
@@ -575,4 +575,4 @@ def test_members_of_several_classes_are_said_in_the_plural():
     proof = shown(laws=dict(asked.class_entry), system=dict(asked.system), multiplier={})
     proof.assumed = ""
     found = concluding._proved(asked, proof, shown())
-    assert "(these are checked to belong), by the criterion circle (certified)." in found.sentence
+    assert "(each nonlinearity is checked to be one), by the criterion circle (certified)." in found.sentence

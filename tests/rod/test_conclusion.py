@@ -13,6 +13,8 @@ from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.rod.certificates import energy_theorem_draft
 from lure.analysis.rod.conclusion import concluded as concluded_of
 from lure.analysis.rod.conclusion import conclusion, offered
+from lure.analysis.rod.popov import rod_circle_criterion
+from lure.analysis.rod.report.build import checked_criteria
 from lure.analysis.verdict import Evidence, Verdict
 from lure.rod import Scenario, builtin_system, upwind
 from lure.rod.systems import rod_from_exact
@@ -175,3 +177,17 @@ def test_what_is_refuted_is_refuted_for_the_law_of_this_rod_too(damping, exponen
 def test_a_conclusion_has_no_truth_value():
     with pytest.raises(TypeError, match="three answers"):
         bool(concluded())
+
+
+# The circle criterion of a rod with k = 10^12 Z, Z = 1.2 N s/m: in balls it holds for this scheme in [0, 1], as waves
+# of 10 cells lose energy; the checker's bound (E/L) Z^2/(k^2 - Z^2) = 2.88e8/(10^24 - 1) serves any number of cells.
+def test_a_circle_row_that_no_certificate_covers_says_where_certificates_end():
+    scheme = scheme_of(damping=12 * 10**11)
+    (row,) = checked_criteria(scheme, [rod_circle_criterion(scheme, Sector(0, 1))])
+    assert row.verdict is Verdict.INCONCLUSIVE
+    assert row.margin.low > 0.99
+    assert "ends at the sector [0, 2.88e-16]; ask Popov's for more" in row.reason
+
+
+def test_one_cell_is_not_called_one_cells():
+    assert upwind(builtin_system("paper-rod").rod, 1).name == "the scheme with 1 cell"

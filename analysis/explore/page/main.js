@@ -1,6 +1,6 @@
 /** The page: what is written and dragged, what the drawings see at once, what the checkers say a moment later. */
 
-import { addressOf, FIELDS, follow, stateOf } from "lure/address.js";
+import { addressOf, FIELDS, follow, more, stateOf } from "lure/address.js";
 import { Asking } from "lure/asking.js";
 import { number, raised } from "lure/axes.js";
 import { bar, NyquistPlot, PopovPlot, wave } from "lure/drawings.js";
@@ -78,6 +78,13 @@ function write() {
   const bySlope = state.class === "slope" || state.class === "odd";
   $("class-about").textContent = ABOUT[state.class] ?? "";
   $("k-label").textContent = bySlope ? "Greatest slope" : "Upper end";
+  unread();
+}
+
+/** Keys of the address that no field of the page has are named. */
+function unread() {
+  const keys = [...more.keys()].filter((name) => !$(name)?.matches("input, select"));
+  $("unread").textContent = keys.length ? `The address has ${keys.join(", ")}, which no field of this page is called: that changes nothing.` : "";
 }
 
 const ABOUT = {
@@ -439,6 +446,7 @@ window.addEventListener("hashchange", () => {
   const given = stateOf(location.hash);
   if (!given) {  // the address stays that of the loop
     follow(addressOf(state));
+    unread();
     return;
   }
   state = given;

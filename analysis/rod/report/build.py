@@ -9,8 +9,9 @@ from fractions import Fraction
 
 from lure.analysis.certificates.checker import Proved, Refuted
 from lure.analysis.certificates.drafts import complete_and_check, guarded
+from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.report.parts import ContradictionError, versions
-from lure.analysis.rod.certificates import inequality_draft, negative_damping_draft
+from lure.analysis.rod.certificates import circle_bound, inequality_draft, negative_damping_draft
 from lure.analysis.rod.conclusion import conclusion
 from lure.analysis.rod.confirmation import Confirmation, confirmation
 from lure.analysis.rod.popov import response_check, rod_criteria
@@ -146,4 +147,10 @@ def _checked(scheme: UpwindScheme, result: CriterionResult) -> CriterionResult:
     found = guarded(result.criterion, lambda: complete_and_check(draft))
     if isinstance(found, Proved | Refuted):
         return replace(result, shown=found)
-    return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {found}")
+    why, bound = str(found), circle_bound(scheme.rod) if proved and result.criterion == "circle" else None
+    if bound is not None and bound <= result.sector.upper:
+        why = (
+            f"{result.reason}, and what the checker proves of the circle criterion, for any number of cells alike, "
+            f"ends at the sector [0, {bound_below(bound)}]; ask Popov's for more"
+        )
+    return replace(result, verdict=Verdict.INCONCLUSIVE, reason=f"not certified: {why}")

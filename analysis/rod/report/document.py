@@ -16,6 +16,7 @@ from lure.analysis.rod.confirmation.result import Quantity
 from lure.analysis.rod.simulation.trajectory import compared
 from lure.analysis.verdict import CriterionResult
 from lure.expressions.tree import decimal
+from lure.plants.multivariable import counted
 from lure.record import plain
 from lure.record.base import aligned
 from lure.rod.datasets import number_of_contacts
@@ -180,7 +181,7 @@ def _simulated(report: StabilityReport) -> str:
     count = len(run.contacts)
     touches = f"{count} contact interval{'s' if count != 1 else ''}" if run.contact else "no contact"
     return (
-        f"{report.simulation.cells} cells up to {float(run.t[-1]):.4g} s, {touches}, largest z "
+        f"{counted(run.cells, 'cell')} up to {float(run.t[-1]):.4g} s, {touches}, largest z "
         f"{run.max_gap_coordinate:.6g} m, energy identity within {run.energy_residual:.1e}; compared with the theory: "
         + (", ".join(compared(run)) or "nothing, the rod stays at rest")
     )

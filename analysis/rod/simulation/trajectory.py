@@ -8,6 +8,7 @@ import numpy as np
 
 from lure.analysis.drawing import drawn
 from lure.arrays import Reals as Array
+from lure.plants.multivariable import counted
 from lure.record import Column, Page, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SERIES, STRESS, Contact, number_of_contacts
@@ -109,7 +110,7 @@ class Trajectory(SchemeMotion):
         """One sentence."""
         contact = number_of_contacts(len(self.contacts))
         return (
-            f"scheme of {self.cells} cells up to {self.t[-1]:.6g} s: {contact}, largest z = "
+            f"scheme of {counted(self.cells, 'cell')} up to {self.t[-1]:.6g} s: {contact}, largest z = "
             f"{self.max_gap_coordinate:.9g} m (+/- {self.error_estimate:.1g} m), energy identity to "
             f"{self.energy_residual:.1g}"
         )

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
+from lure.plants.multivariable import counted
 from lure.record import Column, Page, derived, described, quantity
 from lure.rod import datasets
 from lure.rod.datasets import SampledMotion
@@ -130,7 +131,7 @@ METHOD = (
 def scheme_words(scheme: UpwindScheme) -> str:
     """Which object moves, in words."""
     printed = " as printed" if scheme.form == "as-printed" else ""
-    return f"the upwind scheme{printed} of {scheme.cells} cells, whose waves lose more energy than the rod's"
+    return f"the upwind scheme{printed} of {counted(scheme.cells, 'cell')}, whose waves lose more energy than the rod's"
 
 
 _MOST = 20_000
