@@ -142,7 +142,7 @@ def values_drawn(plane: Plane, name: str, *, ax: Axes | None = None) -> Axes:
     """
     axes = axes_or_new(ax)
     values = np.asarray(plane.data[name].values, dtype=float)
-    label = f"{name} [{plane.data[name].attrs.get('units', '1')}]"
+    label = _with_unit(plane.data, name)
     x, y = _coordinates(plane)
     finite, endless = np.isfinite(values.ravel()), np.isposinf(values.ravel())
     if len(plane.along) == 2 and len(_boxed(plane)) == 1:
@@ -198,6 +198,8 @@ def covered(plane: Plane) -> str:
     ``plane``: what is drawn.
     """
     boxes = _boxed(plane)
+    if boxes and len(plane.along) == 1:
+        return f"Each mark is about a whole interval of {boxes[0]}, at whose middle it stands."
     if len(plane.along) < 2 or len(boxes) == 2:
         return ""
     if boxes:
@@ -239,6 +241,11 @@ def _place(data: xarray.Dataset, name: str, place: int) -> str:
     return _short(data[name].values[place])
 
 
+def _with_unit(data: xarray.Dataset, name: str) -> str:
+    unit = data[name].attrs.get("units", "1")
+    return name if unit in ("1", "-") else f"{name} [{unit}]"
+
+
 def _short(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
@@ -255,14 +262,17 @@ def _boxed(plane: Plane) -> list[str]:
 
 def _bars(axes: Axes, plane: Plane, chosen: np.ndarray[Any, Any], **look: Any) -> LineCollection:  # noqa: ANN401  (for matplotlib)
     """Of one dimension with boxes and one with points: thin bars along the boxes, each at its point."""
+    from matplotlib.patheffects import withStroke
+
     boxes = _boxed(plane)[0]
     first = plane.along[0] == boxes
     low, high = np.asarray(plane.data[f"{boxes} bounds"].values, dtype=float).T
     at = _numbers(plane.data[plane.along[first]].values)
     grids = [np.meshgrid(*((ends, at) if first else (at, ends)), indexing="ij") for ends in (low, high)]
     start, end = (grid[not first].ravel()[chosen] for grid in grids)
-    lines = axes.hlines if first else axes.vlines
-    return lines(grids[0][first].ravel()[chosen], start, end, linewidth=max(min(4.0, 80 / len(at)), 0.2), **look)
+    lines, width = axes.hlines if first else axes.vlines, max(min(4.0, 80 / len(at)), 0.2)
+    rim = [withStroke(linewidth=1.25 * width, foreground=GREY)]  # so that the darkest is seen on a dark page
+    return lines(grids[0][first].ravel()[chosen], start, end, linewidth=width, path_effects=rim, **look)
 
 
 def _cells(axes: Axes, plane: Plane, classes: Sequence[tuple[str, str, np.ndarray[Any, Any]]]) -> None:
@@ -368,7 +378,7 @@ def _labelled(axes: Axes, plane: Plane, x: np.ndarray[Any, Any], y: np.ndarray[A
     ):
         if _is_log(values):
             scale("log")
-        label(name)
+        label(_with_unit(plane.data, name) if name else "")
     if len(names) == 1 and len(y):
         axes.set_yticks([])
     finish_axes(axes)

@@ -80,7 +80,7 @@ def page_of(path: Path, reports: Callable[[int, str, Sequence[str]], str] | None
         slowest=float(np.nanmax(seconds)) if np.isfinite(seconds).any() else math.nan,
         questions=_by_question(data),
         repeated=_repeated(path),
-        each=float(np.nanmedian(seconds)) * 1e3 if np.isfinite(seconds).any() else math.nan,
+        each=float(np.nanmedian(seconds)) if np.isfinite(seconds).any() else math.nan,
         glyphs=glyphs(figures),
         figures=[(figure.spec, inline(figure)) for figure in figures],
         points=list(zip(points, links, strict=True)),

@@ -182,10 +182,25 @@ class Store:
             )
         for name, along, values in self._coordinates():
             array = group.create_array(
-                name, shape=values.shape, dtype=values.dtype, dimension_names=along, chunks=values.shape
+                name,
+                shape=values.shape,
+                dtype=values.dtype,
+                dimension_names=along,
+                chunks=values.shape,
+                attributes=self._told(name.removesuffix(" bounds")),
             )
             array[:] = values
         return group
+
+    def _told(self, key: str) -> dict[str, Any]:
+        """What a key of the file is and in which unit, where its table says so."""
+        table, _, name = key.partition(".")
+        model = self.study.source.kind.tables.get(table)
+        field = None if model is None else model.model_fields.get(name)
+        if field is None or not field.description:
+            return {}
+        unit = re.search(r"\[([^],]+)\]", field.description)
+        return {"long_name": field.description, **({"units": unit[1]} if unit else {})}
 
     def _attributes(self) -> dict[str, Any]:
         study = self.study

@@ -89,6 +89,7 @@ def test_colours_cover_what_was_asked_and_no_more():
     bars = [bar.tolist() for lines in axes.collections for bar in lines.get_segments()]
     assert sorted(bars) == [[[1, 1], [1, 2]], [[1, 2], [1, 3]], [[3, 1], [3, 2]], [[3, 2], [3, 3]]]
     assert covered(plane).startswith("Each bar is one interval of a at one value of k")
+    assert covered(Plane(data.isel(k=0), ("a",), "")).startswith("Each mark is about a whole interval of a")
     axes = drawn(Plane(data.transpose("a", "k", ...), ("a", "k"), ""))
     bars = [bar.tolist() for lines in axes.collections for bar in lines.get_segments()]
     assert sorted(bars) == [[[1, 1], [2, 1]], [[1, 3], [2, 3]], [[2, 1], [3, 1]], [[2, 3], [3, 3]]]
@@ -114,7 +115,8 @@ def test_points_that_failed_are_drawn_and_words_stand_along_their_axis():
 
 def test_values_of_few_points_are_marks_and_infinite_ones_are_told_apart():
     values, along = [[1.0, 2.0, np.inf], [3.0, np.nan, np.inf], [4.0, 5.0, 6.0]], ("k", "a")
-    few = xarray.Dataset({"largest_low": (along, values)}, {"k": [1.0, 2.0, 3.0], "a": [1.0, 2.0, 3.0]})
+    mass = ("a", [1.0, 2.0, 3.0], {"units": "kg"})
+    few = xarray.Dataset({"largest_low": (along, values, {"units": "1"})}, {"k": [1.0, 2.0, 3.0], "a": mass})
     few["verdict"] = few["largest_low"].isnull()
     axes = Figure().add_subplot()
     values_drawn(Plane(few, along, ""), "largest_low", ax=axes)
@@ -126,6 +128,7 @@ def test_values_of_few_points_are_marks_and_infinite_ones_are_told_apart():
     values_drawn(Plane(few.isel(k=0), ("a",), ""), "largest_low", ax=axes)
     assert [line.get_label() for line in axes.lines if line.get_label() == "inf"] == ["inf"]
     assert axes.lines[-1].get_xdata().tolist() == [3]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("a [kg]", "largest_low")
 
 
 def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_path):

@@ -49,6 +49,7 @@ def test_the_rows_of_rods_are_those_of_the_energy_theorem(tmp_path):
     expected = -np.log((1.2 - k) / (1.2 + k)) * 6000 / 2
     np.testing.assert_allclose(data["slowest_decay"].values[2:, 0], expected, rtol=1e-12)
     assert data["largest_low"].attrs["units"] == "Pa/m"
+    assert data["rod.damping"].attrs["units"] == "N s/m"
     assert np.isinf(data["largest_low"].values[2:]).all()
 
 
