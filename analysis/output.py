@@ -312,12 +312,7 @@ def _place(new: Path, target: Path) -> None:
 def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
     """Refuse places that cannot be written to, before anything is computed; a name without a suffix is a folder.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files, and folders to come.
-    replace : bool
-        Whether files that exist may be replaced.
+    ``paths``: files, and folders to come; ``replace``: whether files that exist may be replaced.
 
     Raises
     ------
@@ -363,12 +358,7 @@ def _exists(path: Path) -> bool:
 def written(paths: Sequence[Path], *, replace: bool) -> Iterator[dict[Path, Path]]:
     """Places beside the targets to write to; all are moved into place when the block ends well, and removed if not.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        As for :func:`check_targets`.
-    replace : bool
-        Whether files that exist may be replaced.
+    ``paths``: as for :func:`check_targets`; ``replace``: whether files that exist may be replaced.
 
     Yields
     ------

@@ -156,10 +156,7 @@ def plain(claim: str) -> str:
     A certificate's own sentences are part of its format, which stays.  What comes to rest is a rod, whose motions stay.
     Numbers of more than 60 digits are rounded, and doubles are the decimals they were given as: both are said to be.
 
-    Parameters
-    ----------
-    claim : str
-        A conclusion, a fact or an assumption of a certificate.
+    ``claim``: a conclusion, a fact or an assumption of a certificate.
 
     Examples
     --------
@@ -230,12 +227,8 @@ def counterexample(shown: Refuted) -> str:
 def plants_words(system: Mapping[str, Any], *, inwards: bool = True) -> str:
     """For which plants something is proved, such as `` for every a in [1, 2]``; empty for a single one.
 
-    Parameters
-    ----------
-    system : Mapping
-        ``system`` of a certificate.
-    inwards : bool
-        Whether the ends of the box are rounded into it, as for a proof; else out of it.
+    ``system``: ``system`` of a certificate.  ``inwards``: whether the ends of the box are rounded into it, as for a
+    proof; else out of it.
     """
     if not str(system.get("kind")).endswith("family"):
         return ""

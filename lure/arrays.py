@@ -63,11 +63,6 @@ def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
 def balanced(A: NDArray) -> tuple[NDArray, NDArray]:
     """``A_ij u_j/u_i`` with powers of two ``u`` that even out rows and columns, and these units.
 
-    Parameters
-    ----------
-    A : ndarray, shape (n, n)
-        A matrix.
-
     Notes
     -----
     scipy reads the units as numbers of rows, too, and warns of those beyond 2^63, though none are exchanged here.

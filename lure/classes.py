@@ -577,12 +577,7 @@ class Diagonal(Record, kw_only=False):
 def in_channels(words: Sequence[str], blocks: Iterable[Sequence[int]]) -> str:
     """What is said of ``phi`` in each channel, once for each nonlinearity: ``phi_1 ...; phi_2 = phi_3 ...``.
 
-    Parameters
-    ----------
-    words : sequence of str
-        A text about ``phi`` for each channel.
-    blocks : iterable of sequences of int
-        The channels, counted from 0, of each nonlinearity.
+    ``words``: a text about ``phi`` for each channel; ``blocks``: the channels, counted from 0, of each nonlinearity.
     """
     if len(words) == 1:
         return words[0]

@@ -124,12 +124,7 @@ def demand_whole(name: str, value: object, least: int, most: int | None = None) 
 def demand_seconds(name: str, value: object) -> None:
     """Refuse what is no length of time: positive and finite.
 
-    Parameters
-    ----------
-    name : str
-        What it is, the subject of the sentence.
-    value : object
-        What was given.
+    ``name``: what it is, the subject of the sentence; ``value``: what was given.
 
     Raises
     ------

@@ -17,12 +17,7 @@ SERVED: dict[str, dict[str, str]] = {}
 def extend(task: str, places: Mapping[str, str]) -> None:
     """Write down who does a task for which types; nothing is imported.
 
-    Parameters
-    ----------
-    task : str
-        Such as ``drawing``.
-    places : Mapping of str to str
-        ``module:name`` by ``module:name`` of the type.
+    ``task``: such as ``drawing``; ``places``: ``module:name`` by ``module:name`` of the type.
     """
     SERVED.setdefault(task, {}).update(places)
 

@@ -17,12 +17,7 @@ def lazy_exports(package: str, file: str) -> tuple[Callable[[str], object], Call
 
     The stub is what type checkers read, so that a name and its module are written once.
 
-    Parameters
-    ----------
-    package : str
-        Its ``__name__``.
-    file : str
-        Its ``__file__``.
+    ``package``: its ``__name__``; ``file``: its ``__file__``.
 
     Returns
     -------

@@ -301,12 +301,7 @@ def pole_shift(block: object, nonlinearity_class: NonlinearityClass, gain: Exact
 def shifted_block(block: RationalPlant, gain: Fraction) -> RationalPlant:
     """``H/(1 + gain H) = n/(d + gain n)``, hidden modes kept.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block ``H = n/d``.
-    gain : Fraction
-        The feedback around it.
+    ``block``: the block ``H = n/d``; ``gain``: the feedback around it.
 
     Raises
     ------

@@ -30,12 +30,7 @@ SMALLER = (Fraction(1, 16), Fraction(1, 256), Fraction(1, 4096))
 def matrix_drafts(block: StateSpace, answer: CriterionResult) -> Iterator[tuple[Upper, Draft]]:
     """The proofs to try of what the circle or Popov's criterion reaches in doubles, the largest class first.
 
-    Parameters
-    ----------
-    block : StateSpace
-        The block.
-    answer : CriterionResult
-        Of the criterion, computed.
+    ``answer``: of the criterion, computed.
 
     Yields
     ------
@@ -124,16 +119,8 @@ def answer_draft(
 ) -> Draft:
     """A draft by a matrix for what a criterion proved of a rational plant.
 
-    Parameters
-    ----------
-    plant : RationalPlant
-        The plant.
-    nonlinearity_class : NonlinearityClass
-        The class.
-    answer : CriterionResult
-        Of the circle or Popov's criterion, PROVED for the class.
-    finite : bool
-        Whether an infinite upper end means every nonlinearity with some finite bound.
+    ``answer``: of the circle or Popov's criterion, PROVED for the class; ``finite``: whether an infinite upper end
+    means every nonlinearity with some finite bound.
 
     Raises
     ------

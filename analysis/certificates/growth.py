@@ -30,12 +30,8 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
 
     ``A`` is that of the closed loop; in discrete time ``A'P A - P < 0``.
 
-    Parameters
-    ----------
-    system : Mapping
-        The system as it stands in a certificate: of matrices, or a rational one in its companion form.
-    gain : Fraction
-        The gain, with which the loop has an eigenvalue strictly outside.
+    ``system``: the system as it stands in a certificate: of matrices, or a rational one in its companion form;
+    ``gain``: the gain, with which the loop has an eigenvalue strictly outside.
 
     Returns
     -------

@@ -64,14 +64,8 @@ def crossing_proof(
     ``1 + g H(i omega) = 0`` at the frequency where ``Im H = 0``, for ``g = -1/Re H`` there.  In discrete time
     ``z = (1 + i omega)/(1 - i omega)``.
 
-    Parameters
-    ----------
-    block : RationalPlant or DelayPlant
-        The block.
-    gains : tuple of Fraction
-        Two gains with such a one strictly between them.
-    lower : Fraction
-        With dead time a gain with which the loop is stable, or has a simple root 0 besides.
+    ``gains``: two gains with such a one strictly between them; ``lower``: with dead time a gain with which the loop is
+    stable, or has a simple root 0 besides.
 
     Returns
     -------
@@ -421,12 +415,7 @@ _PASSING = (AssumptionError, InputError, OverflowError, ModuleNotFoundError, Tim
 def accepted_witness(plant: object, witness: Witness) -> Witness:
     """The witness with what the checker accepted of it; COMPUTED where it accepted nothing.
 
-    Parameters
-    ----------
-    plant : RationalPlant, DelayPlant or another
-        The plant; of others the witness stays as it is.
-    witness : Witness
-        A destabilising member.
+    ``plant``: the plant; of others the witness stays as it is.  ``witness``: a destabilising member.
     """
     if witness.evidence is not Evidence.CERTIFIED or not isinstance(plant, RationalPlant | DelayPlant):
         return witness
@@ -485,12 +474,7 @@ def _just_above(plant: RationalPlant | DelayPlant, witness: Witness) -> Iterator
 def growing_gain(block: StateSpace, lower: Fraction) -> Witness | None:
     """The smallest linear gain for which the checker accepts that a solution grows; None where none is found.
 
-    Parameters
-    ----------
-    block : StateSpace
-        The plant.
-    lower : Fraction
-        Least gain.
+    ``lower``: least gain.
 
     Raises
     ------

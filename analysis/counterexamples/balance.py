@@ -90,23 +90,14 @@ class Balance:
         return self.C @ moved + self.D, -s[:, None, None] * (self.C @ (inverse @ moved))
 
     def sampled(self, wave: Wave) -> Reals:
-        """``sigma`` over a period, (m, samples).
-
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        """
+        """``sigma`` over a period, (m, samples)."""
         parts = np.stack([wave.waves.real, wave.waves.imag], axis=2)
         return np.asarray(parts.reshape(len(parts), -1) @ self.synthesis.reshape(self.samples, -1).T)
 
     def harmonics_of(self, values: Reals) -> Complexes:
         """(m, harmonics) of signals (m, samples).
 
-        Parameters
-        ----------
-        values : ndarray
-            The signals over a period.
+        ``values``: the signals over a period.
         """
         return np.asarray(values @ self.analysis.T)
 
@@ -115,11 +106,6 @@ class Balance:
 
         These are real and imaginary parts, ``ln omega``, ``ln alpha`` and the logarithms of the kinks.  The last
         equation is that the waves have norm 1.
-
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
         """
         m, count = wave.waves.shape
         value, slope, steps = self.nonlinear(wave, self.sampled(wave))
@@ -134,12 +120,7 @@ class Balance:
     def linearised(self, wave: Wave, value: Reals, slope: Reals) -> tuple[Complexes, Complexes]:
         """``c_h + H f_h``, (m, harmonics), and its derivative by the parts of the waves and ``ln omega``.
 
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        value, slope : ndarray
-            (m, samples) ``phi(sigma)`` and ``phi'(sigma)``.
+        ``value``, ``slope``: (m, samples) ``phi(sigma)`` and ``phi'(sigma)``.
         """
         m, count = wave.waves.shape
         H, turned = self.response(wave.omega)
@@ -155,25 +136,14 @@ class Balance:
         return wave.waves + np.einsum("hij,jh->ih", H, f), moved
 
     def later(self, wave: Wave) -> Reals:
-        """How the parts of the waves change with a shift in time: the same solution.
-
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        """
+        """How the parts of the waves change with a shift in time: the same solution."""
         turn = 1j * wave.waves * np.array(self.harmonics)
         return np.stack([turn.real, turn.imag], axis=2).ravel()
 
     def nonlinear(self, wave: Wave, sigma: Reals) -> tuple[Reals, Reals, Reals]:
         """``phi``, its slope, and its derivative by ``ln alpha`` and ``ln`` of every kink.
 
-        Parameters
-        ----------
-        wave : Wave
-            The waves, with their staircases.
-        sigma : ndarray
-            (m, samples).
+        ``wave``: the waves, with their staircases; ``sigma``: (m, samples).
         """
         shape, steep, moved = np.zeros_like(sigma), np.zeros_like(sigma), list[Reals]()
         for odd, block, sides in zip(self.odd, self.blocks, wave.sides, strict=True):
@@ -201,12 +171,7 @@ class Balance:
     def moved(self, wave: Wave, step: Reals) -> Wave:
         """The waves after a step of the unknowns.
 
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        step : ndarray
-            Of the unknowns, as in :meth:`residual`.
+        ``step``: of the unknowns, as in :meth:`residual`.
         """
         m, count = wave.waves.shape
         change, rest = step[: 2 * m * count].reshape(m, count, 2), step[2 * m * count :]
@@ -227,10 +192,7 @@ class Balance:
     def corrected(self, wave: Wave) -> Wave | None:
         """The nearest solution that Gauss and Newton's steps lead to; None if to none.
 
-        Parameters
-        ----------
-        wave : Wave
-            Where to begin.
+        ``wave``: where to begin.
         """
         damping, (misses, slopes) = 1e-2, self.residual(wave)
         for _ in range(_CORRECTIONS):
@@ -266,12 +228,7 @@ class Balance:
     def lowest(self, wave: Wave, *, steps: int = _DESCENTS) -> Wave:
         """The solution of least factor that is reached downhill.
 
-        Parameters
-        ----------
-        wave : Wave
-            A solution.
-        steps : int
-            How many steps, at most.
+        ``wave``: a solution; ``steps``: how many steps, at most.
         """
         length, at = 0.1, 2 * wave.waves.size + 1
         for _ in range(steps):
@@ -295,12 +252,7 @@ class Balance:
     def beside(self, wave: Wave, length: float) -> Wave | None:
         """A solution with the same kinks beside one at a fold, where the factor has grown like the length squared.
 
-        Parameters
-        ----------
-        wave : Wave
-            The solution.
-        length : float
-            How far away, in units of the waves; of any sign.
+        ``wave``: the solution.  ``length``: how far away, in units of the waves; of any sign.
         """
         count = 2 * wave.waves.size
         _, slopes = self.residual(wave)
@@ -314,10 +266,7 @@ class Balance:
     def refined(self, wave: Wave) -> tuple[Balance, Wave] | None:
         """The same with twice as many harmonics.
 
-        Parameters
-        ----------
-        wave : Wave
-            A solution.
+        ``wave``: a solution.
         """
         step = self.harmonics[-1] - self.harmonics[-2]
         more = (*self.harmonics, *(self.harmonics[-1] + step * (i + 1) for i in range(len(self.harmonics))))
@@ -329,12 +278,7 @@ class Balance:
     def starts(self, count: int, most: float) -> Iterator[Wave]:
         """Random waves: those of cut off random ``mu``, with kinks where ``phi`` has about the size of ``mu``.
 
-        Parameters
-        ----------
-        count : int
-            How many.
-        most : float
-            The largest factor.
+        ``count``: how many; ``most``: the largest factor.
         """
         rng, m, order = np.random.default_rng(_SEED), len(self.D), np.maximum(self.harmonics, 1)
         for _ in range(count):
@@ -363,13 +307,7 @@ class Balance:
             yield wave._replace(sides=tuple(sides))
 
     def bends(self, wave: Wave) -> bool:
-        """Whether some ``sigma_i`` passes a kink, and moves.
-
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        """
+        """Whether some ``sigma_i`` passes a kink, and moves."""
         sigma = self.sampled(wave)
         tops, bottoms = sigma.max(axis=1), sigma.min(axis=1)
         return any(

@@ -181,14 +181,7 @@ class Graphs(NamedTuple):
     def of(cls, wave: Wave, balance: Balance, lower: Sequence[Fraction], upper: Sequence[Fraction]) -> Graphs:
         """The staircases of a wave.
 
-        Parameters
-        ----------
-        wave : Wave
-            The waves.
-        balance : Balance
-            What they balance.
-        lower, upper : sequence of Fraction
-            (m,) the slopes.
+        ``balance``: what they balance; ``lower``, ``upper``: (m,) the slopes.
         """
         pairs = zip(balance.blocks, wave.sides, strict=True)
         found = [exact_sides(sides, lower[block[0]], upper[block[0]]) for block, sides in pairs]
@@ -200,12 +193,8 @@ class Graphs(NamedTuple):
     ) -> Graphs:
         """Graphs through points, (0, 0) among them.
 
-        Parameters
-        ----------
-        given : sequence of tuple
-            The points in ascending order, and the slopes to the left and to the right.
-        channels : sequence of int
-            In how many channels each is.
+        ``given``: the points in ascending order, and the slopes to the left and to the right; ``channels``: in how many
+        channels each is.
         """
         data, lines = [], list[list[tuple[Fraction, Fraction, Fraction]]]()
         for (points, left, right), count in zip(given, channels, strict=True):
@@ -328,16 +317,7 @@ def near_fold(
 ) -> Iterator[Found]:
     """Solutions on both sides of a fold, the nearest first.
 
-    Parameters
-    ----------
-    balance : Balance
-        The balance.
-    wave : Wave
-        Waves that satisfy it.
-    H : Plant
-        The plant.
-    lower, upper : sequence of Fraction
-        (m,) bounds of the slopes at ``alpha = 1``.
+    ``wave``: waves that satisfy it; ``lower``, ``upper``: (m,) bounds of the slopes at ``alpha = 1``.
     """
     half = all(h % 2 for h in balance.harmonics)
     for step in _BEYOND:
@@ -406,10 +386,7 @@ class MemoryLoop(NamedTuple):
     def stays(self, slope: Fraction) -> list[tuple[list[list[Fraction]], list[Fraction]]]:
         """``G`` and ``entry`` of both parts, ``(x, xi, 1)' = G (x, xi, 1)``.
 
-        Parameters
-        ----------
-        slope : Fraction
-            Of the play or stop.
+        ``slope``: of the play or stop.
         """
         zero, n = Fraction(0), len(self.A)
         sign = Fraction(-1 if self.stop else 1)

@@ -405,10 +405,7 @@ class MovingParameters:
     def ramps(self, low: float, most: float) -> Iterator[Moving]:
         """The same of parameters of bounded rates.
 
-        Parameters
-        ----------
-        low, most : float
-            As for jumps.
+        ``low``, ``most``: as for jumps.
         """
         (lower, upper, blocks), m = self._ends(), len(self.classes.classes)
         rates = [Fraction(rate) if 0 < rate < math.inf else None for rate in self._paces]

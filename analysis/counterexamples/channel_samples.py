@@ -76,12 +76,7 @@ class SampledOrbits:
     def found(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, dict[str, Any]]]:
         """Factors between two, the least first, and the proofs that they are refuted.
 
-        Parameters
-        ----------
-        known : Fraction
-            Smaller ones are of no interest.
-        most : float
-            Nor are larger ones.
+        ``known``: smaller ones are of no interest; ``most``: nor are larger ones.
         """
         best = list[_Best]()
         for room in self._rooms(known):

@@ -96,12 +96,7 @@ class SwitchedGains(GainsAround):
     def closed(self, ends: NDArray[np.int_], alpha: float) -> Reals:
         """The matrices of the loop: (k, n, n).
 
-        Parameters
-        ----------
-        ends : ndarray
-            (k, m) of 0 and 1.
-        alpha : float
-            The factor.
+        ``ends``: (k, m) of 0 and 1; ``alpha``: the factor.
         """
         return self.closed_by(np.where(ends == 1, alpha * self.upper, self.lower))
 
@@ -113,14 +108,7 @@ class SwitchedGains(GainsAround):
     def growth(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> float:
         """Logarithm of the spectral radius over one period.
 
-        Parameters
-        ----------
-        ends : ndarray
-            (k, m), the set.
-        pattern : Pattern
-            Of it.
-        alpha : float
-            The factor.
+        ``ends``: (k, m), the set; ``alpha``: the factor.
         """
         return self._slopes(self.closed(ends, alpha), pattern)[0]
 
@@ -134,12 +122,7 @@ class SwitchedGains(GainsAround):
     def chosen(self, bins: Bins, choice: NDArray[np.int_]) -> tuple[NDArray[np.int_], float]:
         """The gains of each bin after the derivatives of the spectral radius have chosen, while that helps.
 
-        Parameters
-        ----------
-        bins : Bins
-            The matrices over one bin with each of the gains.
-        choice : ndarray
-            Which of the gains at first.
+        ``bins``: the matrices over one bin with each of the gains; ``choice``: which of the gains at first.
         """
         best, row, column = leading(bins.whole(choice))
         for _ in range(_ROUNDS if best > -math.inf else 0):
@@ -202,14 +185,7 @@ class SwitchedGains(GainsAround):
     def faster(self, ends: NDArray[np.int_], pattern: Pattern, alpha: float) -> Pattern:
         """Times near the given ones with the largest growth per unit of time.
 
-        Parameters
-        ----------
-        ends : ndarray
-            (k, m), the set.
-        pattern : Pattern
-            Of it.
-        alpha : float
-            The factor.
+        ``ends``: (k, m), the set; ``alpha``: the factor.
         """
         if self.discrete:
             return pattern
@@ -294,12 +270,7 @@ class SwitchedGains(GainsAround):
     def found(self, low: float, most: float) -> tuple[float, NDArray[np.int_], Pattern] | None:
         """The smallest factor that was found, the ends and the pattern; None if nothing grows.
 
-        Parameters
-        ----------
-        low : float
-            Up to it the loop is stable.
-        most : float
-            The largest factor of interest; infinity: none.
+        ``low``: up to it the loop is stable.  ``most``: the largest factor of interest; infinity: none.
         """
         rungs = [most] if most < math.inf else [(low or 1.0) * step for step in _RUNGS]
         for alpha in rungs:
@@ -313,12 +284,7 @@ class SwitchedGains(GainsAround):
     def proposals(self, low: float, most: float) -> Iterator[Switching]:
         """What to certify, the smallest factor first; nothing if no class depends on time or the plant is too large.
 
-        Parameters
-        ----------
-        low : float
-            Up to it the loop is stable.
-        most : float
-            The largest factor of interest; infinity: none.
+        ``low``: up to it the loop is stable.  ``most``: the largest factor of interest; infinity: none.
         """
         if not any(self.varying) or not 0 < len(self.A) <= MOST_STATES or low >= most:
             return

@@ -49,10 +49,7 @@ _SPREAD = 10.0
 def scales(nonlinearity: Characteristic) -> tuple[float, ...]:
     """Values of ``|sigma|`` at which the gain ``phi(sigma)/sigma`` changes, ascending, at most three; 1 if nowhere.
 
-    Parameters
-    ----------
-    nonlinearity : Graph, nonlinearity of the library or callable
-        ``phi``; the kinks of a piecewise-linear one are exact, any other is sampled from 1e-9 to 1e9.
+    ``nonlinearity``: ``phi``; the kinks of a piecewise-linear one are exact, any other is sampled from 1e-9 to 1e9.
     """
     graph = graph_of(nonlinearity)
     if graph is not None:

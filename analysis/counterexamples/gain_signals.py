@@ -130,10 +130,7 @@ def signals(loop: Loop, slopes: Reals, length: int, starts: int = _STARTS) -> tu
 def rounded(signal: Reals) -> list[list[Fraction]]:
     """With few binary digits.
 
-    Parameters
-    ----------
-    signal : ndarray
-        (length, inputs).
+    ``signal``: (length, inputs).
     """
     return [[Fraction(round(float(v) * 2**_BITS), 2**_BITS) for v in row] for row in signal]
 
@@ -141,10 +138,7 @@ def rounded(signal: Reals) -> list[list[Fraction]]:
 def best_signals(loop: Loop, slopes: Reals) -> Iterator[tuple[float, list[list[Fraction]]]]:
     """Signals of several lengths, the farthest first; parameters as for :func:`signals`.
 
-    Parameters
-    ----------
-    loop, slopes
-        As there.
+    ``loop``, ``slopes``: as there.
     """
     found = sorted((signals(loop, slopes, length) for length in LENGTHS), key=lambda one: -one[0])
     yield from ((gain, rounded(signal)) for gain, signal in found)

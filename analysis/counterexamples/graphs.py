@@ -40,12 +40,8 @@ class Shaped(NamedTuple):
 def shaped(balance: Balance, top: float) -> Iterator[Wave]:
     """Waves with two harmonics near resonances, and the graphs of least factor for them, both improved together.
 
-    Parameters
-    ----------
-    balance : Balance
-        Of a plant with two resonances or more; of others there are none.
-    top : float
-        The largest factor of interest.
+    ``balance``: of a plant with two resonances or more; of others there are none.  ``top``: the largest factor of
+    interest.
     """
     starts = [start for wave in _drawn(balance) if (start := best_graphs(balance, wave, _PRICE * top)) is not None]
     for start in sorted(starts, key=lambda one: one.cost)[:_BEST]:

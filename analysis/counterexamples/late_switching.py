@@ -356,12 +356,7 @@ class LateSwitching:
     def proposals(self, low: float, most: float) -> Iterator[LatePattern]:
         """What to certify; nothing if no class depends on time, or the dead times have no common part that serves.
 
-        Parameters
-        ----------
-        low : float
-            Up to it the loop is stable.
-        most : float
-            The largest factor of interest; infinity: none.
+        ``low``: up to it the loop is stable.  ``most``: the largest factor of interest; infinity: none.
         """
         if not any(self.varying) or self.plant.rates or not 0 < self.plant.order <= _MOST_STATES or low >= most:
             return
@@ -496,12 +491,7 @@ def late_witness(block: DelayPlant, most: float) -> Iterator[Witness]:
 
     They are said to be CERTIFIED, which is for a checker to decide.
 
-    Parameters
-    ----------
-    block : DelayPlant
-        The block, stable without feedback.
-    most : float
-        The smallest destabilising linear gain; infinity: none.
+    ``block``: the block, stable without feedback.  ``most``: the smallest destabilising linear gain; infinity: none.
     """
     omega = np.geomspace(1e-4, 1e4, 8001) / float(max(delay for delay, _ in (*block.terms, *block.feedback)))
     least = float(block.transfer(1j * omega).real.min())

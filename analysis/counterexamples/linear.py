@@ -199,12 +199,7 @@ def growing_gains(block: StateSpace, *, lower: Fraction = Fraction(0)) -> list[W
     eigenvalues of a pencil of twice the order.  The smallest of them is taken behind which the loop is unstable, or a
     smaller one that the eigenvalues of the closed loop show.
 
-    Parameters
-    ----------
-    block : StateSpace
-        The block, in continuous or discrete time.
-    lower : Fraction
-        Least gain.
+    ``block``: the block, in continuous or discrete time; ``lower``: least gain.
 
     Returns
     -------

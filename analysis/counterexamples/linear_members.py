@@ -141,12 +141,8 @@ class MemberSearch:
     def found(self, widths: Reals, shape: Reals | None = None) -> Found | None:
         """The member of the largest gain that is found; None if the loops of all gains tried are unstable.
 
-        Parameters
-        ----------
-        widths : ndarray
-            (m,) upper bounds less lower ones, of operators the bound of the norm.
-        shape : ndarray, optional
-            Gains over widths, one for each of the functions, of which alone the gain is asked for.
+        ``widths``: (m,) upper bounds less lower ones, of operators the bound of the norm; ``shape``: gains over widths,
+        one for each of the functions, of which alone the gain is asked for.
         """
         radii = np.array([widths[block[0]] for block in self.operators])
 
@@ -314,12 +310,7 @@ class MemberSearch:
     def realised(self, found: Found, radii: Sequence[Fraction]) -> Iterator[dict[str, Any]]:
         """The operators of a certificate, of norms up to the radii.
 
-        Parameters
-        ----------
-        found : Found
-            The member.
-        radii : sequence of Fraction
-            Largest norms.
+        ``found``: the member; ``radii``: largest norms.
         """
         for (left, right), radius in zip(found.operators, radii, strict=True):
             if not len(right):
@@ -344,14 +335,7 @@ def allpass(value: complex, omega: float, *, discrete: bool) -> tuple[Fraction, 
     ``c (s - a)/(s + a)`` at ``s = i omega`` has the angle ``pi - 2 arctan(omega/a)``, ``c (1 - a z)/(z - a)`` at ``z =
     e^(i omega)`` the angle ``-omega - 2 psi``, ``tan psi = a sin(omega)/(1 - a cos(omega))``.
 
-    Parameters
-    ----------
-    value : complex
-        The value.
-    omega : float
-        The frequency [rad/s], in discrete time the angle.
-    discrete : bool
-        Whether in discrete time.
+    ``omega``: the frequency [rad/s], in discrete time the angle.
     """
     size = Fraction(round(abs(value) * 2**_BITS), 2**_BITS)
     angle = cmath.phase(value) if value else 0.0

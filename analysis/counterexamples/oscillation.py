@@ -348,12 +348,8 @@ def sector_witness(block: RationalPlant, *, lower: Fraction = Fraction(0)) -> Wi
 
     See :func:`lure.analysis.counterexamples.graphs.pointed`.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        In continuous time, with two resonances or more; for others nothing is looked for.
-    lower : Fraction
-        Lower end of the sector.
+    ``block``: in continuous time, with two resonances or more; for others nothing is looked for.  ``lower``: lower end
+    of the sector.
 
     Returns
     -------
@@ -436,16 +432,8 @@ def _witness(system: Realisation, found: Oscillation) -> Witness | None:
 def orbit_witness(loop: PiecewiseLoop, orbit: Itinerary, evidence: Evidence, *, sloped: bool = True) -> Witness:
     """The witness for an orbit of a piecewise-linear loop.
 
-    Parameters
-    ----------
-    loop : PiecewiseLoop
-        The loop.
-    orbit : Itinerary
-        Its orbit.
-    evidence : Evidence
-        CERTIFIED if ``validated.proved`` holds.
-    sloped : bool
-        Whether it is one for a class of slopes; else for a sector.
+    ``evidence``: CERTIFIED if ``validated.proved`` holds.  ``sloped``: whether it is one for a class of slopes; else
+    for a sector.
     """
     nonlinearity = loop.nonlinearity
     with working_precision(128):

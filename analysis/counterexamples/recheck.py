@@ -67,12 +67,8 @@ def judge(run: Run, off_balance: Callable[[float], float]) -> None:
     Sizes are judged against the largest of the run itself: what the integrator or rounding leaves of a solution that
     has come to rest is neither growth nor oscillation.  Values that are not finite are never a decay.
 
-    Parameters
-    ----------
-    run : Run
-        With one more stretch than at the last call.
-    off_balance : callable
-        How far a value of ``sigma`` is from an equilibrium; 0 at one.
+    ``run``: with one more stretch than at the last call.  ``off_balance``: how far a value of ``sigma`` is from an
+    equilibrium; 0 at one.
     """
     sigma, states = run.sigma[-1], run.states[-1]
     largest = run.largest
@@ -252,12 +248,7 @@ def closes(loop: BatchLoop, run: Run) -> bool:
     Of a slow decay the map over one period is close to the identity: Newton's method then leaps to 0, and nothing is
     found.
 
-    Parameters
-    ----------
-    loop : BatchLoop
-        The loop, with evaluations left.
-    run : Run
-        A run that seems to oscillate.
+    ``loop``: the loop, with evaluations left; ``run``: a run that seems to oscillate.
     """
     guesses = _sampled_periods(run) if loop.discrete else _periods(run)
     swing = float(np.ptp(run.sigma[-1]))

@@ -62,12 +62,7 @@ def orbit_of(block: Plant, witness: Witness) -> tuple[Reals, Reals]:
 def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
     """(n,) a state on the orbit of a witness, in the companion form of the block, and the period [s].
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block that the witness was found for.
-    witness : Witness
-        Of kind ``periodic orbit``.
+    ``block``: the block that the witness was found for; ``witness``: of kind ``periodic orbit``.
     """
     data = witness.data
     if block.dt is None:
@@ -197,14 +192,7 @@ def graph_of(nonlinearity: Characteristic) -> Graph | None:
 def followed(loop: PiecewiseLoop, start: Reals, instants: Reals) -> Motion:
     """The solution of a loop with a piecewise-linear nonlinearity, followed exactly from kink to kink.
 
-    Parameters
-    ----------
-    loop : PiecewiseLoop
-        The loop.
-    start : ndarray
-        (n,) first state.
-    instants : ndarray
-        (samples,) ascending, from 0 [s].
+    ``start``: (n,) first state; ``instants``: (samples,) ascending, from 0 [s].
     """
     flow = Flow(loop)
     passages = flow.passages(start, float(instants[-1]))

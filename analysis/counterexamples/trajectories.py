@@ -234,10 +234,7 @@ class BatchLoop:
 def kernel(nonlinearity: Characteristic) -> Values:
     """The nonlinearity as a function of arrays that costs little a call.
 
-    Parameters
-    ----------
-    nonlinearity : Graph, nonlinearity of the library or callable
-        ``phi``.
+    ``nonlinearity``: ``phi``.
     """
     graph = graph_of(nonlinearity)
     if graph is not None:

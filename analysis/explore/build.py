@@ -56,12 +56,7 @@ def with_bytecode(core: bytes, kept: Path) -> dict[str, str]:
     It is made by the Python that the page runs, from the same sources, and kept in the user's cache.  Without Node.js,
     or where it fails, the package is handed over as sources: the page says the same, a few seconds later.
 
-    Parameters
-    ----------
-    core : bytes
-        The package, a ZIP archive.
-    kept : Path
-        The folder of :func:`lure.analysis.explore.runtime.runtime`.
+    ``core``: the package, a ZIP archive; ``kept``: the folder of :func:`lure.analysis.explore.runtime.runtime`.
 
     Returns
     -------

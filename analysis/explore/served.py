@@ -88,12 +88,7 @@ def respond(question: str) -> str:
 def field(name: str, work: Callable[[], Any]) -> Any:  # noqa: ANN401  (what the work returns)
     """What the work returns; what it refuses is about the field of this name.
 
-    Parameters
-    ----------
-    name : str
-        The field of the page.
-    work : callable
-        Called without arguments.
+    ``name``: the field of the page; ``work``: called without arguments.
 
     Raises
     ------

@@ -166,12 +166,7 @@ class Circle:
 def tree(p: list[int], depth: int = 0) -> str:
     """A witness for ``positive`` of the Coq files: that ``p > 0`` on ``[0, inf)``, the lowest coefficient first.
 
-    Parameters
-    ----------
-    p : list of int
-        A polynomial that is positive there, with a positive leading coefficient.
-    depth : int
-        How often it was split.
+    ``p``: a polynomial that is positive there, with a positive leading coefficient; ``depth``: how often it was split.
 
     Raises
     ------

@@ -27,11 +27,6 @@ def falling_text(data: Mapping[str, Any], claim: str) -> str:
 def fallen(data: Mapping[str, Any]) -> FallingTheorem:
     """The theorem of a certificate that a quadratic form with integrals shows, and that form.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-
     Raises
     ------
     refused

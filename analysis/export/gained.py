@@ -85,13 +85,7 @@ def state_of(n: int) -> str:
 
 
 def in_states(data: Mapping[str, Any]) -> dict[str, Any]:
-    """A certificate of one channel with a plant that is given by matrices.
-
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    """
+    """A certificate of one channel with a plant that is given by matrices."""
     system, proof = data["system"], data["proof"]
     if system["kind"] != "transfer":
         return dict(data)
@@ -105,11 +99,6 @@ def in_states(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def gained_loop(data: Mapping[str, Any]) -> Gained:
     """The loops of a refutation by gains, of a plant in states.
-
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
 
     Raises
     ------

@@ -45,12 +45,7 @@ def _outputs(data: Mapping[str, Any]) -> int:
 def with_inputs(loop: Loop, count: int) -> Loop:
     """The loop with ``w`` in place of ``-mu`` in the last channels, which is ``-phi`` for no class.
 
-    Parameters
-    ----------
-    loop : Loop
-        Of states and all channels.
-    count : int
-        How many of them lead from ``z`` to ``w``.
+    ``loop``: of states and all channels; ``count``: how many of them lead from ``z`` to ``w``.
     """
     first = len(loop.now[0]) - count
     then, sigma = (

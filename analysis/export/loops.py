@@ -63,10 +63,7 @@ def of_one(system: Data) -> Loop:
 def candidates(certificate: Data) -> Iterator[Loop]:
     """The loop of a certificate with a ``V`` of more and more digits.
 
-    Parameters
-    ----------
-    certificate : dict
-        One that the checker accepted, of a theorem that a quadratic form with integrals shows.
+    ``certificate``: one that the checker accepted, of a theorem that a quadratic form with integrals shows.
 
     Raises
     ------

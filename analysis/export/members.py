@@ -43,11 +43,6 @@ def members_text(data: Mapping[str, Any], claim: str) -> str:
 def members_words(data: Mapping[str, Any]) -> Words:
     """The theorem and its proof.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-
     Raises
     ------
     refused

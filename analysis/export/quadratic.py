@@ -184,13 +184,7 @@ def rounded(P: Matrix, bits: int) -> Matrix:
 
 
 def whole_loop(loop: Loop) -> Forms | None:
-    """The forms of a loop with integers; None if an integral has no bound.
-
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    """
+    """The forms of a loop with integers; None if an integral has no bound."""
     size, channels = len(loop.now[0]), range(len(loop.phi))
     unit = math.lcm(*(v.denominator for row in (*loop.now, *loop.then) for v in row))
     now, then = ([whole(row, unit)[0] for row in side] for side in (loop.now, loop.then))
@@ -247,13 +241,7 @@ def whole_loop(loop: Loop) -> Forms | None:
 
 
 def forms(loop: Loop) -> Forms | None:
-    """The forms of a loop, None if ``V`` does not pass the test.
-
-    Parameters
-    ----------
-    loop : Loop
-        The loop.
-    """
+    """The forms of a loop, None if ``V`` does not pass the test."""
     found = whole_loop(loop)
     if found is None:
         return None

@@ -410,12 +410,7 @@ def _seen(M: Whole, rows: Whole) -> Whole:
 def halves(C: Whole, depth: int = 0) -> str:
     """A subdivision of ``x >= 0`` into cones on which ``x'Cx`` is seen to be nonnegative, as Coq's ``halves``.
 
-    Parameters
-    ----------
-    C : list of list of int
-        Symmetric, copositive.
-    depth : int
-        How often a cone was halved.
+    ``C``: symmetric, copositive; ``depth``: how often a cone was halved.
 
     Raises
     ------

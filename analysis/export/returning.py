@@ -74,12 +74,7 @@ def shortest(value: Fraction, bits: int) -> Fraction:
 def returning_text(data: Mapping[str, Any], claim: str) -> str:
     """The file for a refutation by a periodic solution in continuous time.
 
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    claim : str
-        The sentence of the checker.
+    ``claim``: the sentence of the checker.
 
     Raises
     ------

@@ -212,13 +212,7 @@ def _scales(Q: list[Rows], steps: list[tuple[int, Rows]], n: int) -> tuple[int, 
 
 
 def turned_words(data: Mapping[str, Any]) -> Words:
-    """The file of a plant that is given by matrices.
-
-    Parameters
-    ----------
-    data : Mapping
-        The certificate.
-    """
+    """The file of a plant that is given by matrices."""
     loops = gained_loop(data)
     found, lists = falling_forms(loops.matrices), [f"gains{i}" for i in range(len(loops.bounds))]
     parts = [reals(name, list(side)) for name, side in zip(lists, zip(*loops.gains, strict=True), strict=True)]

@@ -18,10 +18,7 @@ WIDTH = 118
 def refused(reason: str) -> InputError:
     """The error for a certificate that cannot be exported.
 
-    Parameters
-    ----------
-    reason : str
-        What there is, and what can be exported.
+    ``reason``: what there is, and what can be exported.
     """
     return InputError(f"this certificate cannot be exported to Coq: {reason}")
 

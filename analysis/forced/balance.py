@@ -59,12 +59,7 @@ class Balanced:
 def sampled(coefficients: Complexes, points: int) -> Reals:
     """``Re sum c_k e^(2 pi i k j/points)`` for every ``j``.
 
-    Parameters
-    ----------
-    coefficients : ndarray
-        (..., count + 1).
-    points : int
-        More than twice as many.
+    ``coefficients``: (..., count + 1); ``points``: more than twice as many.
     """
     half = coefficients * (points / 2)
     half[..., 0] = coefficients[..., 0].real * points

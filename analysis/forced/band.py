@@ -99,14 +99,8 @@ class Band:
 def residual(loop: ForcedLoop, found: Balanced, each: int = _PER_HARMONIC) -> Residual:
     """The residual of a balance, enclosed.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop.
-    found : Balanced
-        The harmonics, taken as exact numbers.
-    each : int
-        Into how many parts for each harmonic a period is cut at least, where phi is no polynomial.
+    ``found``: the harmonics, taken as exact numbers; ``each``: into how many parts for each harmonic a period is cut at
+    least, where phi is no polynomial.
 
     Raises
     ------
@@ -260,12 +254,7 @@ def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb
 def peak(rows: list[Harmonics], *, period: bool = True) -> arb:
     """The largest length over a period of a vector of sums of harmonics, between the ends of a ball.
 
-    Parameters
-    ----------
-    rows : list of Harmonics
-        Its entries.
-    period : bool
-        Whether they move; else all are constant.
+    ``rows``: its entries.  ``period``: whether they move; else all are constant.
     """
     if not period or all(abs(c) == 0 for row in rows for c in row[1:]):
         return sum((row[0].real ** 2 for row in rows), arb(0)).sqrt()

@@ -284,12 +284,7 @@ class ForcedLoop:
     def response(self, omega: Fraction, harmonic: int) -> acb_mat:
         """From a harmonic of ``(nu, w)`` to that of ``(sigma, z)``, in balls.
 
-        Parameters
-        ----------
-        omega : Fraction
-            The frequency [rad/s].
-        harmonic : int
-            Which.
+        ``omega``: the frequency [rad/s]; ``harmonic``: which.
         """
         at = acb(0, ball(omega * harmonic))
         at = at.exp() if self.discrete else at

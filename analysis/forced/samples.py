@@ -50,12 +50,8 @@ class Falling:
 def falling(loop: ForcedLoop, factor: float) -> Falling | None:
     """A function that falls along differences of solutions, checked in exact arithmetic; None where none is found.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop, in discrete time.
-    factor : float
-        A contraction factor per sample that is proved; others are tried between it and 1.
+    ``loop``: the loop, in discrete time.  ``factor``: a contraction factor per sample that is proved; others are tried
+    between it and 1.
 
     Notes
     -----
@@ -154,14 +150,7 @@ def positive_definite(side: fmpq_mat) -> bool:
 def refined(loop: ForcedLoop, found: Balanced, count: int) -> Balanced:
     """More harmonics, by substitution, which converges where the circle criterion holds.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop.
-    found : Balanced
-        The balance to begin with.
-    count : int
-        How many harmonics.
+    ``found``: the balance to begin with; ``count``: how many harmonics.
     """
     start = balanced(loop, found.wave, found.psi, count) if count <= found.count else found
     psi = np.zeros((loop.channels, count + 1), complex)
@@ -255,14 +244,7 @@ def _length(row: Sequence[fmpq], inverse: arb_mat) -> arb:
 def carried(missed: Residual, V: Falling, theta: Fraction) -> arb:
     """The largest sum of what a residual adds to ``V`` at the samples before, over all phases, from above.
 
-    Parameters
-    ----------
-    missed : Residual
-        The residual.
-    V : Falling
-        The function.
-    theta : Fraction
-        The angle between two samples.
+    ``V``: the function; ``theta``: the angle between two samples.
     """
     beta = np.array([above(ball(one)) for one in V.pushes])
     cells = (beta[:, None] * np.array(missed.parts) ** 2).sum(axis=0) * (1 + _ROUNDED)

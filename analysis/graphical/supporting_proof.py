@@ -180,12 +180,8 @@ def searched_theta(x: Floats, y: Floats, k: float) -> float:
     halving, to about twice the rounding error.  Where some ``theta`` leaves room, the line returned leaves at least
     half of the most (for ``k = inf`` any); where none does, it falls short by the least.
 
-    Parameters
-    ----------
-    x, y : ndarray
-        (m,) ``Re H`` and ``omega Im H`` at the points drawn, finite.
-    k : float
-        Upper end of the sector, positive or ``inf``.
+    ``x``, ``y``: (m,) ``Re H`` and ``omega Im H`` at the points drawn, finite; ``k``: upper end of the sector, positive
+    or ``inf``.
 
     Returns
     -------
@@ -231,16 +227,7 @@ def criterion_asked(
 ) -> tuple[CriterionResult, str]:
     """What a criterion says of one sector, and why nothing rests on that; empty where something does.
 
-    Parameters
-    ----------
-    block : RationalPlant or StructuredPlant
-        The block.
-    criterion : {"popov", "circle"}
-        The criterion.
-    sector : Sector
-        The sector.
-    theta : Fraction, optional
-        Popov's multiplier [s]; None for the best one.
+    ``theta``: Popov's multiplier [s]; None for the best one.
 
     Raises
     ------
@@ -294,12 +281,7 @@ def span_text(omega: NDArray[np.float64]) -> str:
 def bound(value: object, name: str) -> float | Fraction:
     """A bound of a sector as it is given, exact unless it is ``inf``.
 
-    Parameters
-    ----------
-    value : object
-        A number.
-    name : str
-        What it is, for the error.
+    ``value``: a number; ``name``: what it is, for the error.
 
     Raises
     ------

@@ -178,12 +178,7 @@ def _backwards(degree: int) -> Reals:
 def best_theta(plant: DelayPlant, *, turned: bool) -> tuple[float, float]:
     """The ``theta >= 0`` with which ``Re[(1 + i omega theta) H] + 1/k > 0`` goes farthest, and how far: estimates.
 
-    Parameters
-    ----------
-    plant : DelayPlant
-        The plant, of one dead time.
-    turned : bool
-        Whether there is a ``theta``; else it is 0.
+    ``plant``: the plant, of one dead time.  ``turned``: whether there is a ``theta``; else it is 0.
 
     Raises
     ------

@@ -63,10 +63,7 @@ def encirclements(block: RationalPlant, kappa: Fraction) -> Encirclements:
 def region(sector: Sector) -> str:
     """Where the Nyquist plot of ``H`` has to stay for a sector ``[k1, k2]``, by the signs of its ends.
 
-    Parameters
-    ----------
-    sector : Sector
-        ``k1 < k2``, either of them infinite.
+    ``sector``: ``k1 < k2``, either of them infinite.
     """
     k1, k2 = float(sector.lower), float(sector.upper)
     if k1 == 0 or k2 == 0:
@@ -206,14 +203,7 @@ def well_posed(block: RationalPlant, upper: Fraction | float, *, lower: Fraction
     For ``lower = 0`` that is ``1 + kappa D > 0``; for ``upper = inf`` every finite ``kappa`` is meant.  It makes the
     loop equation solvable for every continuous ``phi`` in the sector, uniquely for slope bounds.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block.
-    upper : Fraction or float
-        Upper gain, ``inf`` allowed.
-    lower : Fraction
-        Lower gain.
+    ``upper``: upper gain, ``inf`` allowed; ``lower``: lower gain.
     """
     direct = block.feedthrough
     start = 1 + lower * direct

@@ -65,10 +65,7 @@ class Cone(NamedTuple):
     def rounded(self, found: Reals) -> list[Fraction]:
         """Unknowns of about 12 digits of which signs and sums hold exactly.
 
-        Parameters
-        ----------
-        found : ndarray
-            (entries,).
+        ``found``: (entries,).
         """
         both = zip(found, self.entries, strict=True)
         values = [Fraction(f"{v if e.free else max(v, 0.0):.12g}") for v, e in both]

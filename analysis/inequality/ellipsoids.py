@@ -169,14 +169,7 @@ def in_units(
 def linear_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, discrete: bool) -> Ellipsoid | None:
     """An ellipsoid of the loop with ``phi = u sigma`` that lies in the strips: where the search begins.
 
-    Parameters
-    ----------
-    plant : sequence of ndarray
-        ``A``, ``B``, ``C`` and ``D``.
-    local : sequence of Local
-        What is used of each nonlinearity.
-    discrete : bool
-        Whether time is discrete.
+    ``plant``: ``A``, ``B``, ``C`` and ``D``.
 
     Returns
     -------
@@ -210,14 +203,7 @@ def unsaturated_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, di
     There ``psi (w sigma - psi - h x) = -psi^2``, and a weight of ``|PB|^2`` suffices beside ``A'P + PA = -1``, in
     discrete time one of ``|B'PB| + |A'PB|^2`` beside ``A'PA - P = -1``; each is taken twice.
 
-    Parameters
-    ----------
-    plant : sequence of ndarray
-        ``A``, ``B``, ``C`` and ``D``.
-    local : sequence of Local
-        What is used of each nonlinearity.
-    discrete : bool
-        Whether time is discrete.
+    ``plant``: ``A``, ``B``, ``C`` and ``D``.
 
     Returns
     -------

@@ -250,12 +250,7 @@ def is_stable_gain(block: RationalPlant, kappa: Fraction) -> bool:
 
     Where ``1 + kappa H(inf) = 0`` the loop has no solution, and the answer is False.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block ``sigma = H mu``.
-    kappa : Fraction
-        The gain, of either sign.
+    ``block``: the block ``sigma = H mu``; ``kappa``: the gain, of either sign.
 
     Examples
     --------

@@ -98,10 +98,7 @@ class Found(NamedTuple):
     def without(self, share: float) -> Found:
         """The multiplier without its small kernels; those without rate stay.
 
-        Parameters
-        ----------
-        share : float
-            Of the greatest ``gamma``: the least mass that is kept.
+        ``share``: of the greatest ``gamma``: the least mass that is kept.
         """
         least = share * float(self.gamma.max())
         kept = [

@@ -155,12 +155,7 @@ def _near(theta: fmpq) -> tuple[fmpq, fmpq]:
 def upper_bound(cuts: Sequence[Cut], *, nonnegative: bool = False) -> UpperBound:
     """The greatest value over ``theta`` of the least cut; the cuts must bound it.
 
-    Parameters
-    ----------
-    cuts : sequence of Cut
-        At least one of slope zero.
-    nonnegative : bool
-        Whether only ``theta >= 0`` is admitted.
+    ``cuts``: at least one of slope zero; ``nonnegative``: whether only ``theta >= 0`` is admitted.
     """
     flat = min((cut for cut in cuts if cut.w == 0), key=lambda cut: cut.u)
     rising = [cut for cut in cuts if cut.w > 0]

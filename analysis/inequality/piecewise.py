@@ -316,12 +316,8 @@ class Piecewise:
     def largest(self, widths: Callable[[float], Sequence[Channel]], most: float) -> float:
         """The largest factor below ``most`` at which there are multipliers, by halving; 0 if none.
 
-        Parameters
-        ----------
-        widths : callable
-            The channels of a factor; none where there are no such classes.
-        most : float
-            Only smaller factors are of interest.
+        ``widths``: the channels of a factor; none where there are no such classes.  ``most``: only smaller factors are
+        of interest.
         """
         for _ in range(_ROUNDS):
             factor = self._between(widths, most)

@@ -392,12 +392,7 @@ class PolynomialFamily:
     def everywhere(self, cuts: list[Cut], *, nonnegative: bool = False) -> fmpq | None:
         """A ``theta`` with ``U + theta W >= 0`` on ``[0, inf)``; None if none was found.
 
-        Parameters
-        ----------
-        cuts : list of Cut
-            Known cuts.
-        nonnegative : bool
-            Whether only ``theta >= 0`` is admitted.
+        ``cuts``: known cuts; ``nonnegative``: whether only ``theta >= 0`` is admitted.
         """
         known = [CAP, *cuts, *self._edge_cuts()]
         for _ in range(LEVEL_ROUNDS):

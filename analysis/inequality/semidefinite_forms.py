@@ -114,12 +114,7 @@ def _scaled(values: Sequence[fmpq]) -> tuple[fmpq, ...]:
 def blocks_of(found: Faces, *, room: bool) -> list[Block]:
     """The form and ``P`` without what is 0, as inequalities in the free unknowns, and with ``room`` in one more.
 
-    Parameters
-    ----------
-    found : Faces
-        What is left of the cone.
-    room : bool
-        Whether the last unknown is a margin of both.
+    ``found``: what is left of the cone; ``room``: whether the last unknown is a margin of both.
     """
     basis, blocks = floats(fractions(found.basis)), list[Block]()
     for M, kept in zip((found.forms, found.P), found.kept, strict=True):
@@ -135,12 +130,8 @@ def everywhere(loop: Sequence[Rows], tops: Sequence[Fraction | None]) -> Iterato
 
     Or by a form that keeps no ``phi`` at 0, which is for a checker to see.
 
-    Parameters
-    ----------
-    loop : sequence of matrices
-        ``A``, ``B``, ``C`` and ``D``, exactly, in continuous time.
-    tops : sequence of Fraction or None
-        For each channel the largest ``phi/sigma``, None without one.
+    ``loop``: ``A``, ``B``, ``C`` and ``D``, exactly, in continuous time; ``tops``: for each channel the largest
+    ``phi/sigma``, None without one.
     """
     n, m = len(loop[0]), len(loop[3])
     if n > MOST_STATES or m > MOST_CHANNELS:

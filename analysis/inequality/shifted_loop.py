@@ -215,12 +215,7 @@ class ShiftedLoop(ChannelSearch):
     ) -> NDArray[np.complex128]:
         """``i omega H`` in the rows where it is used; at infinity ``C B``.
 
-        Parameters
-        ----------
-        omega : ndarray
-            (k,) frequencies [rad/s].
-        states, H : ndarray
-            (k, n, m) and (k, m, m), as :meth:`response` has them.
+        ``omega``: (k,) frequencies [rad/s]; ``states``, ``H``: (k, n, m) and (k, m, m), as :meth:`response` has them.
         """
         through, direct = self.rates
         return np.asarray(np.where(np.asarray(self.free)[None, :, None], through @ states + direct, 0))
@@ -255,12 +250,8 @@ class ShiftedLoop(ChannelSearch):
     ) -> Iterator[dict[str, Any]]:
         """Proofs by ``P``, for the loop as it was given, in units of ``2^-exponent``.
 
-        Parameters
-        ----------
-        Pi : ndarray
-            (2m, 2m) of the quadratic constraint in ``(sigma, psi)``.
-        theta, lower : sequence of Fraction
-            Popov's terms, and the shift.
+        ``Pi``: (2m, 2m) of the quadratic constraint in ``(sigma, psi)``; ``theta``, ``lower``: Popov's terms, and the
+        shift.
         """
         low = np.diag([float(t * v) for t, v in zip(theta, lower, strict=True)])
         for Q in self.matrices(Pi, theta):
@@ -270,12 +261,7 @@ class ShiftedLoop(ChannelSearch):
     def matrices(self, Pi: NDArray[np.float64], theta: Sequence[Fraction]) -> Iterator[NDArray[np.float64]]:
         """Solutions of the inequality for the shifted loop in its balanced states, (n, n).
 
-        Parameters
-        ----------
-        Pi : ndarray
-            (2m, 2m) of the quadratic constraint in ``(sigma, psi)``.
-        theta : sequence of Fraction
-            Popov's terms.
+        ``Pi``: (2m, 2m) of the quadratic constraint in ``(sigma, psi)``; ``theta``: Popov's terms.
         """
         turn = np.array([float(v) for v in theta])[:, None]
         m, H, (through, direct) = len(turn), self.H, self.rates

@@ -85,12 +85,7 @@ class StorageInequality(ChannelInequality):
 def turning(free: Sequence[bool], still: fmpq_mat) -> list[tuple[int, list[Fraction]]]:
     """``theta`` with ``Theta H(0)`` symmetric: channels that are free, and what others are of these.
 
-    Parameters
-    ----------
-    free : sequence of bool
-        Which ``theta`` may differ from 0.
-    still : fmpq_mat
-        (m, m) ``H(0)``, in discrete time ``H(1)``.
+    ``free``: which ``theta`` may differ from 0; ``still``: (m, m) ``H(0)``, in discrete time ``H(1)``.
     """
     m = len(free)
     rows = [[fmpq(0)] * m for _ in range(m * m)]

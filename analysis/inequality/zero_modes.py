@@ -93,12 +93,7 @@ class ZeroModes:
 def zero_modes(A: Rows, B: Rows, C: Rows, *, discrete: bool) -> ZeroModes | None:
     """The eigenvalues 0 (1) of a loop, None if there are none.
 
-    Parameters
-    ----------
-    A, B, C : sequence of sequences of Fraction
-        (n, n), (n, m) and (m, n) of the loop shifted by the lower bounds.
-    discrete : bool
-        Whether in discrete time.
+    ``A``, ``B``, ``C``: (n, n), (n, m) and (m, n) of the loop shifted by the lower bounds.
 
     Raises
     ------

@@ -41,12 +41,8 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     The two parts are fitted to the absolute residuals, of which those beyond three deviations are cut down to three.
     The constant part is at least 5 % of the whole, so that no reading counts as exact.
 
-    Parameters
-    ----------
-    residuals, mean : ndarray
-        (n,) residuals and the nonlinearity they are about [unit of the load].
-    parameters : int
-        How many were fitted: residuals are smaller than errors by the square root of ``1 - parameters/n``.
+    ``residuals``, ``mean``: (n,) residuals and the nonlinearity they are about [unit of the load]; ``parameters``: how
+    many were fitted: residuals are smaller than errors by the square root of ``1 - parameters/n``.
     """
     from scipy.optimize import nnls
 
@@ -115,12 +111,7 @@ def outlying(x: Array, scores: Array, *, parameters: int) -> NDArray[np.bool_]:
 def spread_knots(x: Array, pieces: int) -> Array:
     """Knots with about as many points on each piece: 0, and quantiles on either side of it.
 
-    Parameters
-    ----------
-    x : ndarray
-        (n,) displacements.
-    pieces : int
-        About how many.
+    ``x``: (n,) displacements; ``pieces``: about how many.
     """
     knots = [np.zeros(1)]
     for side in (x[x < 0], x[x > 0]):
@@ -262,12 +253,7 @@ def _final(hats: Hats, values: Array, noise: Noise, scores: Array) -> HatFit:
 def misfit(coarse: Hats, fine: HatFit) -> float:
     """p-value: how likely noise alone makes the finer function fit as much better than the coarser as it does.
 
-    Parameters
-    ----------
-    coarse : Hats
-        Fewer knots.
-    fine : HatFit
-        The fit with more, whose noise and outliers are taken for both.
+    ``coarse``: fewer knots; ``fine``: the fit with more, whose noise and outliers are taken for both.
     """
     from scipy.stats import f as fisher
 

@@ -128,12 +128,7 @@ def stands_alone(text: str) -> bool:
 def unit_named(text: str, where: str) -> Unit:
     """The unit a text stands for.
 
-    Parameters
-    ----------
-    text : str
-        As for :func:`known_unit`.
-    where : str
-        What has this unit, for the message.
+    ``text``: as for :func:`known_unit`; ``where``: what has this unit, for the message.
 
     Raises
     ------
@@ -226,12 +221,7 @@ class Table:
     def column_numbers(self, column: int, rows: int) -> NDArray[np.float64] | None:
         """A whole column at once; None where a cell or a row needs a closer look.
 
-        Parameters
-        ----------
-        column : int
-            Counted from 0.
-        rows : int
-            How many of the first rows.
+        ``column``: counted from 0; ``rows``: how many of the first rows.
         """
         width = len(self.headings)
         cells = [cells[column] for _, cells in self.rows[:rows] if len(cells) == width]

@@ -161,14 +161,7 @@ def moved_bounds(phi: MovedNonlinearity, low: End, high: End, effort: Effort | N
     more than :math:`\max|\phi''|` times the distance from there; of a piecewise linear one chords up to the next kink
     do not change, and others by its ``spread``.
 
-    Parameters
-    ----------
-    phi : MovedNonlinearity
-        The nonlinearity.
-    low, high : Fraction, or an infinity
-        Its domain.
-    effort : Effort, optional
-        What may be spent.
+    ``low``, ``high``: its domain; ``effort``: what may be spent.
 
     Raises
     ------

@@ -128,12 +128,7 @@ class Piece:
 def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:
     """The nonlinearity between two ends, cut at 0 and wherever a branch changes at a rational point.
 
-    Parameters
-    ----------
-    tree : Node
-        A formula in one variable.
-    low, high : Fraction, or an infinity
-        The domain, ``low < high``.
+    ``tree``: a formula in one variable; ``low``, ``high``: the domain, ``low < high``.
 
     Returns
     -------

@@ -25,12 +25,8 @@ _FIRST_PRIME = 2**61 - 1
 def integer_multiple(entries: NDArray[Any], name: str) -> fmpz_mat:
     """The matrix times the least positive integer that clears its denominators: the same eigenvectors for 0.
 
-    Parameters
-    ----------
-    entries : ndarray of object
-        (m, n) ints, Fractions, or floats, which mean the doubles they are.
-    name : str
-        What the matrix is, for errors.
+    ``entries``: (m, n) ints, Fractions, or floats, which mean the doubles they are; ``name``: what the matrix is, for
+    errors.
 
     Raises
     ------

@@ -35,12 +35,7 @@ class Limits:
     def at_most(self, parts: Mapping[int, float], limit: float) -> None:
         """Add a row.
 
-        Parameters
-        ----------
-        parts : mapping
-            The factors of the unknowns in it.
-        limit : float
-            What their sum is at most.
+        ``parts``: the factors of the unknowns in it; ``limit``: what their sum is at most.
         """
         row = np.zeros(self.total)
         row[list(parts)] = list(parts.values())
@@ -215,12 +210,7 @@ def hermitian_rows(X: NDArray[np.complex128]) -> NDArray[np.float64]:
 def hermitian_duals(rows: NDArray[np.float64], m: int) -> NDArray[np.complex128]:
     """The Hermitian ``Z`` with ``tr Z X`` for the product of a dual variable with :func:`hermitian_rows` of ``X``.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (k, m (2m + 1)) dual variables.
-    m : int
-        Order of ``X``.
+    ``rows``: (k, m (2m + 1)) dual variables; ``m``: order of ``X``.
     """
     i, j = np.tril_indices(2 * m)
     Z = np.zeros((len(rows), 2 * m, 2 * m))

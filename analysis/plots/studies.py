@@ -110,12 +110,7 @@ def verdicts_drawn(plane: Plane, more: Sequence[xarray.Dataset] = (), *, ax: Axe
 def criteria_drawn(plane: Plane, *, ax: Axes | None = None) -> Axes:
     """The theorem behind the verdict of each point of a map.
 
-    Parameters
-    ----------
-    plane : Plane
-        With two dimensions.
-    ax : Axes, optional
-        Where; by default a new figure.
+    ``plane``: with two dimensions.  ``ax``: where; by default a new figure.
     """
     axes = axes_or_new(ax)
     criteria, proved = plane.data["criterion"].values, plane.data["verdict"].values == "PROVED"

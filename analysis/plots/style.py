@@ -140,12 +140,8 @@ def panels(ax: Axes | None, share: float) -> tuple[Axes, Axes]:
     In the place of a subplot the two stand in a grid of their own, which constrained and tight layouts know how to
     treat; axes put down by hand are cut in two where they are.
 
-    Parameters
-    ----------
-    ax : Axes or None
-        Whose place the two take; None for a new figure.
-    share : float
-        Height of the axes below, relative to those above.
+    ``ax``: whose place the two take; None for a new figure.  ``share``: height of the axes below, relative to those
+    above.
     """
     above = axes_or_new(ax)
     spec, figure = above.get_subplotspec(), above.figure

@@ -60,16 +60,7 @@ def why(
 ) -> tuple[Code, str]:
     """Why the class asked about is not decided.
 
-    Parameters
-    ----------
-    asked : StabilityBound
-        The row of the class asked about.
-    rows : list of StabilityBound
-        All rows.
-    nonlinearity_class : NonlinearityClass
-        The class.
-    missed : sequence of Failure
-        What was accepted and does not fit, each with its reason.
+    ``asked``: the row of the class asked about; ``missed``: what was accepted and does not fit, each with its reason.
 
     Returns
     -------

@@ -223,10 +223,7 @@ def _of_channels(  # noqa: PLR0913  (what the two questions share)
 def largest_plant(block: object) -> Plant:
     """The plant of a question for a largest class: one of high order by its matrices.
 
-    Parameters
-    ----------
-    block : object
-        As for :func:`max_sector`.
+    ``block``: as for :func:`max_sector`.
     """
     found = plant_given(block)
     return (by_matrices(found) or found) if isinstance(found, RationalPlant) else found
@@ -377,12 +374,8 @@ def _nothing_yet(problem: Problem) -> Found:
 def certification_of(found: Attempts, rows: list[StabilityBound]) -> Certification:
     """The answer about one class: of what was accepted, or why nothing was, as a code.
 
-    Parameters
-    ----------
-    found : Attempts
-        What was tried.
-    rows : list of StabilityBound
-        What is known of the largest classes beside it, empty where they were not asked about.
+    ``found``: what was tried; ``rows``: what is known of the largest classes beside it, empty where they were not asked
+    about.
     """
     problem, failures = found.asked, found.failures
     if found.certification is not None:

@@ -221,12 +221,7 @@ class BoxSearch:
     def farthest(self, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
         """The largest factor that is proved, above what is known and below ``most``.
 
-        Parameters
-        ----------
-        known : Fraction
-            A factor that is proved, or 0.
-        most : float
-            The smallest factor that is refuted, or infinity.
+        ``known``: a factor that is proved, or 0; ``most``: the smallest factor that is refuted, or infinity.
 
         Raises
         ------

@@ -113,12 +113,7 @@ def _by_delays(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
 def rays_refuting(asked: Problem, known: Fraction) -> tuple[Fraction, Refuted] | None:
     """A factor above what is known with a solution that grows along a ray, the first tried; about no other factor.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question, ReLUs among its classes.
-    known : Fraction
-        A factor that is proved; 0 where nothing is.
+    ``asked``: the question, ReLUs among its classes.  ``known``: a factor that is proved; 0 where nothing is.
     """
     if asked.classes.operators or isinstance(asked.plant, DelayMatrix):
         return None

@@ -230,12 +230,7 @@ class PiecewiseProofs:
     def farthest(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, Proposal]]:
         """Proposals for large factors between two, the largest first.
 
-        Parameters
-        ----------
-        known : Fraction
-            Smaller ones are of no interest.
-        most : float
-            Nor are larger ones.
+        ``known``: smaller ones are of no interest; ``most``: nor are larger ones.
         """
         most = min(most, LARGEST)
         steps = _NEUTRAL_BACK if self.search.rates else (*_STEPS_BACK, *(_FAR_BACK if self.late else ()))

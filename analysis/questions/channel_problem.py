@@ -59,10 +59,7 @@ def channel_plant(source: object) -> MultivariablePlant:
 def channel_plants(source: object) -> MultivariablePlant | ChannelFamily:
     """The same, or the plants with parameters, for the questions that are asked of these.
 
-    Parameters
-    ----------
-    source : object
-        As for :func:`channel_plant`.
+    ``source``: as for :func:`channel_plant`.
 
     Raises
     ------
@@ -78,10 +75,7 @@ def channel_plants(source: object) -> MultivariablePlant | ChannelFamily:
 def loop_plant(source: object) -> MultivariablePlant | DelayMatrix:
     """The same without parameters, or a plant with dead times.
 
-    Parameters
-    ----------
-    source : object
-        As for :func:`channel_plant`.
+    ``source``: as for :func:`channel_plant`.
 
     Raises
     ------
@@ -95,10 +89,7 @@ def loop_plant(source: object) -> MultivariablePlant | DelayMatrix:
 def late_plant(source: object) -> DelayMatrix | None:
     """The plant with dead times that a source means, one with a single channel too; None if it has none.
 
-    Parameters
-    ----------
-    source : object
-        As for :func:`channel_plant`.
+    ``source``: as for :func:`channel_plant`.
     """
     found = source.block if isinstance(source, LoopSystem) else as_plant(source)
     if isinstance(found, DelayPlant):

@@ -394,16 +394,7 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
 def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float) -> tuple[Fraction, Proved] | None:
     """The largest factor that is proved, above what is known and below ``most``.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    criterion : Criterion
-        The criterion.
-    known : Fraction
-        A factor that is proved, or 0.
-    most : float
-        The smallest factor that is refuted, or infinity.
+    ``known``: a factor that is proved, or 0; ``most``: the smallest factor that is refuted, or infinity.
     """
     asked = _widened(asked, criterion)
     if isinstance(asked.plant, ChannelFamily):

@@ -256,12 +256,8 @@ def _ramps_refuting(asked: Problem, known: Fraction, most: float, *, whole: bool
 def unlimited(asked: Problem, tried: Iterable[Sequence[Fraction]] = ()) -> Refuted | None:
     """Constant gains with which no gain from ``w`` to ``z`` is finite: a pole on the axis or beyond that ``z`` sees.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question, about a gain.
-    tried : iterable of sequences of Fraction
-        Gains, one for each channel; by default those at the ends of the classes.
+    ``asked``: the question, about a gain.  ``tried``: gains, one for each channel; by default those at the ends of the
+    classes.
     """
     if isinstance(asked.plant, DelayMatrix):
         return _unlimited_late(asked, asked.plant)
@@ -340,12 +336,8 @@ def ends_of(asked: Problem) -> Iterator[list[Fraction]]:
 def matrices_refuting(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:
     """Matrices of gains for functions of several channels, constant gains of the others: the smallest factor.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question, functions of several channels being its only operators.
-    most : float
-        The largest factor of interest; finite: of the classes of that factor.
+    ``asked``: the question, functions of several channels being its only operators.  ``most``: the largest factor of
+    interest; finite: of the classes of that factor.
     """
     H, classes = channel_plant(asked.plant), asked.classes
     ends, inside = (classes.lower, classes.upper), {i for block in classes.operators for i in block}

@@ -96,12 +96,7 @@ def critical(asked: Problem) -> bool:
 def linear_witnesses(asked: Problem, limit: Bracket) -> list[Witness]:
     """The smallest destabilising linear gain of the classes asked about, if there is one, with what was accepted of it.
 
-    Parameters
-    ----------
-    asked : Problem
-        Of the largest class.
-    limit : Bracket
-        From :func:`hurwitz`.
+    ``asked``: of the largest class; ``limit``: from :func:`hurwitz`.
     """
     from lure.analysis.certificates.refutations import accepted_witness
 
@@ -253,10 +248,7 @@ def _nonlinearities(asked: Problem) -> tuple[Witness, ...]:
 def nonlinear_witnesses(asked: Problem) -> list[Witness]:
     """Other destabilising members of the classes asked about, with more than a simulation behind them.
 
-    Parameters
-    ----------
-    asked : Problem
-        Of the largest class.
+    ``asked``: of the largest class.
 
     Raises
     ------

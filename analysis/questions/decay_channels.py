@@ -61,12 +61,8 @@ def accepted(draft: dict[str, Any]) -> Proved | Refuted | None:
 def about_words(base: Mapping[str, Any], *, inwards: bool = True) -> str:
     """The classes of a draft or certificate in words, and the box where there is one.
 
-    Parameters
-    ----------
-    base : Mapping
-        With ``laws`` and ``system``.
-    inwards : bool
-        Whether bounds are rounded into the class, as for a proof; else out of it, as for a refutation.
+    ``base``: with ``laws`` and ``system``.  ``inwards``: whether bounds are rounded into the class, as for a proof;
+    else out of it, as for a refutation.
     """
     plants = plants_words(base["system"], inwards=inwards)
     return class_words(base["laws"], inwards=inwards) + (plants and f" and{plants.removeprefix(' for')}")
@@ -265,10 +261,7 @@ class SeveralChannels(RateSearch):
     def refute(self, rate: Fraction) -> Refuted | None:
         """What is accepted against a rate, by constant gains.
 
-        Parameters
-        ----------
-        rate : Fraction
-            The rate; 0 in continuous time for the loop itself.
+        ``rate``: the rate; 0 in continuous time for the loop itself.
         """
         return self.refuted_by(rate, {"method": "linear-gains", "gains": texts(self.slowest[1])})
 
@@ -473,13 +466,7 @@ class LateChannels(SeveralChannels):
                 return
 
     def refute(self, rate: Fraction) -> Refuted | None:
-        """What is accepted against a rate, by constant gains with a root farther to the right.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted against a rate, by constant gains with a root farther to the right."""
         if self._close(rate):
             return None
         gains, draft = texts(self.slowest[1]), {"verdict": "REFUTED", **self.base, "theorem": "counterexample"}

@@ -235,13 +235,7 @@ class BoxOfChannels(RateSearch):
         return rate, gains
 
     def refute(self, rate: Fraction) -> Refuted | None:
-        """What is accepted against a rate.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted against a rate."""
         point, gains, _ = self._slowest
         inner = {"proof": {"method": "linear-gains", "gains": texts(gains)}}
         return self.refuted_by(rate, families.member_draft(self.plants, point, inner)["proof"], multiplier={})
@@ -418,11 +412,5 @@ class OneChannel(RateSearch):
         return (best if self.discrete else -best), exact
 
     def refute(self, rate: Fraction) -> Refuted | None:
-        """What is accepted against a rate.
-
-        Parameters
-        ----------
-        rate : Fraction
-            The rate.
-        """
+        """What is accepted against a rate."""
         return self.refuted_by(rate, {"method": "linear-gain", "gain": str(self.slowest[1])})

@@ -88,14 +88,7 @@ _PARTS, _SHOWN = 5, 4  # how often the box is cut to see where it is open; how m
 def open_parts(family: PlantFamily | ChannelFamily, serves: Callable[[Box], bool], widest: Callable[[Box], int]) -> str:
     """Where in the box nothing is proved, in a sentence, as far as floating point tells.
 
-    Parameters
-    ----------
-    family : PlantFamily or ChannelFamily
-        The plants.
-    serves : callable
-        Whether something is found for a box.
-    widest : callable
-        Across which parameter a box is cut.
+    ``serves``: whether something is found for a box; ``widest``: across which parameter a box is cut.
     """
 
     def parts(box: Box, cuts: int) -> list[Box]:

@@ -78,12 +78,8 @@ def _with_top(one: NonlinearityClass, top: Fraction) -> NonlinearityClass:
 def bound_of_factors(asked: Problem, found: Factors) -> StabilityBound:
     """The answer for the classes ``[lower, k]``, from what was found about factors.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question for the largest ``k``.
-    found : Factors
-        What was found about it as a question about a list with one class.
+    ``asked``: the question for the largest ``k``; ``found``: what was found about it as a question about a list with
+    one class.
     """
     row, top, lower = found.bound, top_of(asked), asked.lower
     low, high, witness, concluded, reason = double_below(lower), math.inf, row.witness, row.conclusion, row.reason

@@ -184,12 +184,7 @@ def endless_proof(asked: Problem, lower: Fraction) -> Proved | None:
 
     ``sigma^3`` lies in ``[0, inf]`` and in no ``[0, k]``.
 
-    Parameters
-    ----------
-    asked : Problem
-        About a rational plant; for others None.
-    lower : Fraction
-        The lower end of the sector.
+    ``asked``: about a rational plant; for others None.  ``lower``: the lower end of the sector.
     """
     plant = asked.block
     if not isinstance(plant, RationalPlant):
@@ -243,12 +238,8 @@ class Candidate:
 def candidates(asked: Problem, *, finite: bool) -> Iterator[Candidate]:
     """The criteria that serve the class asked about.
 
-    Parameters
-    ----------
-    asked : Problem
-        About a rational plant, one with dead time, or one of known structure.
-    finite : bool
-        Whether an infinite upper end means every nonlinearity with some finite bound.
+    ``asked``: about a rational plant, one with dead time, or one of known structure; ``finite``: whether an infinite
+    upper end means every nonlinearity with some finite bound.
 
     Raises
     ------

@@ -21,10 +21,7 @@ _CONES = {2: 500, 3: 40}  # along each edge of a quadrant or an octant
 def cross(p: Any, q: Any) -> Any:  # noqa: ANN401  (floats or fractions)
     """``p_1 q_2 - p_2 q_1``.
 
-    Parameters
-    ----------
-    p, q : pairs of numbers
-        Of the plane.
+    ``p``, ``q``: of the plane.
     """
     return p[0] * q[1] - p[1] * q[0]
 
@@ -187,12 +184,8 @@ def union_volume(parts: Sequence[Callable[[Reals], Reals]], turn: Reals) -> floa
 
     Space is cut into cones from 0; in each the set counts in which the corners reach farthest.
 
-    Parameters
-    ----------
-    parts : sequence of callable
-        For each set the values at points, (k, n), n = 2 or 3, of a convex function that is at most 1 on it.
-    turn : ndarray
-        (n, n): what makes of the unit ball about one of the sets.
+    ``parts``: for each set the values at points, (k, n), n = 2 or 3, of a convex function that is at most 1 on it;
+    ``turn``: (n, n): what makes of the unit ball about one of the sets.
     """
     n, count = len(turn), _CONES[len(turn)]
     steps = [one for one in product(range(count + 1), repeat=n) if sum(one) == count]

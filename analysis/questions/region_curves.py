@@ -48,14 +48,7 @@ class PlanarSets(NamedTuple):
 def planar_sets(plant: MultivariablePlant, shapes: Sequence[Shape], first: Proved) -> PlanarSets:
     """Polygons on both sides of the end of the region of attraction, of a loop with two states in continuous time.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
-    first : Proved
-        An ellipsoid inside of the region.
+    ``first``: an ellipsoid inside of the region.
     """
     nothing = PlanarSets((), None)
     known = all(shape.pieces for shape in shapes) and first.certificate["proof"]["method"] == "ellipsoid"

@@ -79,14 +79,7 @@ def disturbance_of(plant: object, given: Any, sizes: tuple[int, int]) -> Disturb
 def reachable_set(plant: MultivariablePlant, shapes: Sequence[Shape], moved: Disturbance) -> ReachableSet | None:
     """The largest energy of a disturbance that is proved to be survived, and the ellipsoid; None where none is found.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
-    moved : Disturbance
-        How ``w`` moves the state.
+    ``moved``: how ``w`` moves the state.
     """
     if _beyond(moved, shapes):
         return None
@@ -110,14 +103,7 @@ def _beyond(moved: Disturbance, shapes: Sequence[Shape]) -> int:
 def unanswered(found: ReachableSet | None, shapes: Sequence[Shape], moved: Disturbance) -> str:
     """Why no energy of a disturbance is proved to be survived; empty if one is.
 
-    Parameters
-    ----------
-    found : ReachableSet or None
-        What was found.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
-    moved : Disturbance
-        How ``w`` moves the loop.
+    ``moved``: how ``w`` moves the loop.
     """
     if found is not None:
         return ""

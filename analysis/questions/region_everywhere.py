@@ -30,12 +30,7 @@ def proved_everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Pro
     In the critical case solutions are proved to converge to the set of equilibria, which has to be 0 alone.  With a
     double pole no class is stable, but what is known of the nonlinearities may do.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of the nonlinearity of each channel.
+    ``shapes``: what is known of the nonlinearity of each channel.
     """
     single, nonlinearities = plant.inputs == 1, [shape.nonlinearity for shape in shapes]
     block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))

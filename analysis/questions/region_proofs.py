@@ -73,14 +73,7 @@ def proved_ellipsoid(
 def ellipsoids_along(plant: MultivariablePlant, shapes: Sequence[Shape], first: Proved) -> Iterator[Proved]:
     """Ellipsoids that go farther along an axis of a first one, with intervals of their own; the longest axis first.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of the nonlinearity of each channel.
-    first : Proved
-        The ellipsoid whose axes are looked along.
+    ``shapes``: what is known of the nonlinearity of each channel; ``first``: the ellipsoid whose axes are looked along.
     """
     lengths, axes = np.linalg.eigh(np.array(matrix_of(first.certificate), dtype=float))
     for length, axis in zip(lengths.tolist(), axes.T, strict=True):
@@ -546,12 +539,7 @@ def why_no_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape]) -> str:
 def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:
     """A set ``x'Q x > 1`` from which every solution grows; None where none is found.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity: all have to be lines with limits.
+    ``shapes``: what is known of each nonlinearity: all have to be lines with limits.
     """
     clips = [clip for shape in shapes if (clip := shape.clip) is not None]
     if len(clips) < len(shapes):

@@ -187,10 +187,7 @@ def shape_of(nonlinearity: object) -> Shape:
 def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlant, list[Shape]]:
     """The plant, and what is known of the nonlinearity of each channel.
 
-    Parameters
-    ----------
-    plant, nonlinearities : object
-        As for :func:`lure.analysis.region`.
+    ``plant``, ``nonlinearities``: as for :func:`lure.analysis.region`.
 
     Raises
     ------
@@ -238,12 +235,7 @@ def parted(plant: MultivariablePlant, given: Sequence[Shape]) -> tuple[Multivari
     The first has limits that are near enough to be reached wherever it is counted from, exactly; what is left over is 0
     between them and bounded beyond, and so lies in a narrow sector.  The second is this sector.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    given : sequence of Shape
-        What is known of the nonlinearity of each channel.
+    ``given``: what is known of the nonlinearity of each channel.
     """
     shapes, order = list[Shape](), list[int]()
     for i, one in enumerate(given):
@@ -275,12 +267,7 @@ def _clip_and_rest(moved: MovedNonlinearity) -> list[Shape] | None:
 def points_along(along: Sequence[Sequence[float | Fraction]], n: int) -> NDArray[np.float64]:
     """Points of the state space as an array, (k, n).
 
-    Parameters
-    ----------
-    along : sequence of sequences
-        Of numbers.
-    n : int
-        Number of states.
+    ``along``: of numbers; ``n``: number of states.
 
     Raises
     ------
@@ -324,13 +311,6 @@ def levels(D: Sequence[Sequence[Fraction]]) -> list[list[int]] | None:
 
 def sign_interval(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[Proved | None, Refuted | None] | None:
     """Of a loop with one state the interval from which all solutions tend to 0, and that outside which none does.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
 
     Returns
     -------
@@ -419,15 +399,7 @@ def _between(low: Any, high: Any, roots: Sequence[Fraction | arb], side: int) ->
 
 
 def equilibria(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[tuple[Fraction, ...], ...]:
-    """Isolated equilibria other than 0 where every nonlinearity is on a line, exactly: ``D = 0``.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
-    """
+    """Isolated equilibria other than 0 where every nonlinearity is on a line, exactly: ``D = 0``."""
     n, m = plant.order, len(shapes)
     lines = [
         [(low, high, to_fraction(p[1]), to_fraction(p[0])) for low, high, p in shape.parts() if p.degree() <= 1]
@@ -456,13 +428,6 @@ def rests_at_0(plant: MultivariablePlant, shapes: Sequence[Shape]) -> bool:
     At one :math:`A x = B \phi` (in discrete time ``A - I`` for ``A``), so that :math:`N B \phi = 0` for the rows
     ``N`` with ``N A = 0``.  Where ``N B`` has as many independent columns as there are channels, every ``phi_i`` is 0;
     with it ``sigma_i`` where ``phi_i`` has no other zero, and then ``A x = 0`` and ``C x = 0``.
-
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
     """
     n, m = plant.order, len(shapes)
     A, B, C = (fmpq_mat([[to_fmpq(v) for v in row] for row in side]) for side in (plant.A, plant.B, plant.C))

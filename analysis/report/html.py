@@ -60,12 +60,7 @@ _GLYPH = re.compile(r'<path id="(DejaVu[^"]*)"[^>]*/>\s*')
 def template(name: str, package: str) -> Template:
     """A page template of a package, everything put into it escaped, with the style sheet as ``css``.
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    package : str
-        Where it stands.
+    ``package``: where it stands.
     """
     from jinja2 import Environment, StrictUndefined
 

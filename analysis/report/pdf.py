@@ -107,12 +107,7 @@ def _ours(path: Path) -> bool:
 def write_pdf(document: bytes, path: Path) -> None:
     """Write a PDF in one step.
 
-    Parameters
-    ----------
-    document : bytes
-        From :func:`pdf_of`.
-    path : Path
-        From :func:`checked_pdf_target`.
+    ``document``: from :func:`pdf_of`; ``path``: from :func:`checked_pdf_target`.
 
     Raises
     ------

@@ -97,10 +97,7 @@ def report_on(  # noqa: PLR0913  (a loop and what is done with the report on it)
 def page_of(output: Path) -> Path:
     """What the user opens of a report: the page in its directory, or the PDF where that is all.
 
-    Parameters
-    ----------
-    output : Path
-        As for :func:`report_on`.
+    ``output``: as for :func:`report_on`.
     """
     return output if _alone(output) else output / "report.html"
 

@@ -12,12 +12,7 @@ from lure.rod.discretisation import UpwindScheme
 def split_state(scheme: UpwindScheme, y: ArrayLike) -> tuple[Reals, Reals]:
     """Waves and contact coordinate of states in the ordering of the scheme.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme the states belong to.
-    y : array_like
-        (..., 2N+1) states.
+    ``scheme``: the scheme the states belong to; ``y``: (..., 2N+1) states.
 
     Returns
     -------

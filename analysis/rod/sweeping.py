@@ -28,12 +28,8 @@ def rod_row(system: RodSystem, _seconds: float | None = None, *, plain: bool = F
     With intervals it is about all rods of the box: PROVED of each, REFUTED where one of them is, ``circle`` is the
     least.  Decay and multiplier, which are those of one rod, are left out.
 
-    Parameters
-    ----------
-    system : RodSystem
-        The rod with its scheme, or rods with theirs; nothing is simulated.
-    plain : bool
-        Whether what follows from the certificate is concluded anew, in words, for this very rod.
+    ``system``: the rod with its scheme, or rods with theirs; nothing is simulated.  ``plain``: whether what follows
+    from the certificate is concluded anew, in words, for this very rod.
     """
     if system.intervals:
         return _of_all(system)

@@ -59,11 +59,6 @@ class RodTheory:
         comes to rest, its end at a zero of a time-invariant ``phi`` (note 11); of the scheme, that every motion
         converges to the set of equilibria.  Neither says which equilibrium, nor how fast.
 
-        Parameters
-        ----------
-        criterion : {"popov", "circle"}
-            The criterion.
-
         Raises
         ------
         AssumptionError

@@ -48,10 +48,7 @@ def steps(store: Store) -> list[Step]:
 def halved(store: Store) -> Iterator[Store]:
     """The stores of the points halfway, one for each time that the steps are halved; each is to be done at the next.
 
-    Parameters
-    ----------
-    store : Store
-        Of the grid, done.
+    ``store``: of the grid, done.
     """
     study = store.study
     left = steps(store) if study.refine else []

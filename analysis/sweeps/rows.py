@@ -131,10 +131,7 @@ def answered(
 def refusal(source: SystemSource, settings: list[str], question: str) -> str:
     """Why a point that is read cannot be asked this question, as far as a moment shows; else empty.
 
-    Parameters
-    ----------
-    source, settings, question
-        As for :func:`answered`.
+    ``source``, ``settings``, ``question``: as for :func:`answered`.
     """
     try:
         system = source.changed(settings)

@@ -451,12 +451,7 @@ def computed(number: int, job: Job) -> int:
 def computed_again(store: Store, seconds: float | None = None) -> int:
     """Compute a sample of the rows again, by the plain question and by both checkers; how many have an answer.
 
-    Parameters
-    ----------
-    store : Store
-        A store that is done.
-    seconds : float, optional
-        Time allowed to each.
+    ``store``: a store that is done; ``seconds``: time allowed to each.
 
     Raises
     ------

@@ -228,12 +228,7 @@ def first_order_largest(plant: DelayPlant, *, lower: Fraction = Fraction(0), odd
 def kernels_largest(plant: DelayPlant, *, lower: Fraction = Fraction(0), odd: bool = False) -> CriterionResult:
     """The same for Zames-Falb multipliers, for odd nonlinearities of either sign.
 
-    Parameters
-    ----------
-    plant, lower
-        As for :func:`first_order_largest`.
-    odd : bool
-        Whether ``phi`` is known to be odd.
+    ``plant``, ``lower``: as for :func:`first_order_largest`; ``odd``: whether ``phi`` is known to be odd.
 
     Raises
     ------

@@ -106,12 +106,7 @@ def homogeneous_largest(
 def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResult:
     """Whether a form of even degree falls along every loop of one sector; the lowest degree that serves.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        As for :func:`homogeneous_largest`.
-    sector : Sector
-        With finite ends.
+    ``block``: as for :func:`homogeneous_largest`; ``sector``: with finite ends.
 
     Raises
     ------

@@ -320,12 +320,8 @@ def check_every(plant: TransferPolynomials, multiplier: Multiplier) -> bool:
     near ``H(0) + 1/k`` around ``w = 0`` and small elsewhere, so that for each finite ``k`` a small enough ``delta > 0``
     leaves the sum bounded away from 0 provided that ``H(0) >= 0``; with a pole at 0 ``sum |c_j| < 1`` is asked for.
 
-    Parameters
-    ----------
-    plant : TransferPolynomials
-        ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here).
-    multiplier : Multiplier
-        Its admissibility is not checked here.
+    ``plant``: ``H = n/d`` in continuous time, ``d`` Hurwitz and ``H(inf) >= 0`` (neither is checked here);
+    ``multiplier``: its admissibility is not checked here.
     """
     if any(isinstance(kernel, Delay) for _, kernel in multiplier.terms):
         return False

@@ -384,12 +384,7 @@ def time_of(block: object) -> Time:
 def row_of(name: str, block: object) -> Theorem:
     """The row of a criterion by its name, in the time domain of a block.
 
-    Parameters
-    ----------
-    name : str
-        ``criterion`` of an answer.
-    block : object
-        The block of the answer.
+    ``name``: ``criterion`` of an answer; ``block``: the block of the answer.
     """
     return next(row for row in TABLE if row.name == name and time_of(block) in row.times)
 

@@ -145,24 +145,14 @@ class WeightedKernels:
     def multiplier(self, rate: float, size: int) -> Multiplier | None:
         """A weight ``theta`` and kernels that seem to serve a rate; None if none do.
 
-        Parameters
-        ----------
-        rate : float
-            The rate [1/s].
-        size : int
-            How many rates of kernels there are, each on both sides.
+        ``rate``: the rate [1/s]; ``size``: how many rates of kernels there are, each on both sides.
         """
         return self._sought(rate, size)[0]
 
     def margin(self, rate: float, size: int) -> float:
         """How far they serve a rate; negative or 0, how much they lack.
 
-        Parameters
-        ----------
-        rate : float
-            The rate [1/s].
-        size : int
-            How many rates of kernels there are, each on both sides.
+        ``rate``: the rate [1/s]; ``size``: how many rates of kernels there are, each on both sides.
         """
         return self._sought(rate, size)[1]
 

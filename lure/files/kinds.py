@@ -77,14 +77,7 @@ class FileKind:
 def refusal(error: ValidationError, kind: FileKind, tables: Mapping[str, object]) -> InputError:
     """The first problem as a sentence, with the number of others.
 
-    Parameters
-    ----------
-    error : ValidationError
-        What pydantic found.
-    kind : FileKind
-        The kind of the file.
-    tables : Mapping of str to object
-        The file; in an array of tables the sentence says which one is meant.
+    ``error``: what pydantic found.  ``tables``: the file; in an array of tables the sentence says which one is meant.
 
     Notes
     -----

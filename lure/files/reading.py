@@ -92,10 +92,7 @@ class SystemSource:
     def changed(self, settings: Sequence[str] = ()) -> NamedSystem:
         """The system with some values changed.
 
-        Parameters
-        ----------
-        settings : sequence of str
-            As for :func:`find_system`.
+        ``settings``: as for :func:`find_system`.
 
         Raises
         ------
@@ -119,12 +116,7 @@ class SystemSource:
     def check_key(self, key: str, where: str) -> None:
         """Refuse a key that no file of this kind has.
 
-        Parameters
-        ----------
-        key : str
-            As before the ``=`` of a setting.
-        where : str
-            Where it was given, for the message.
+        ``key``: as before the ``=`` of a setting; ``where``: where it was given, for the message.
 
         Raises
         ------
@@ -137,10 +129,7 @@ class SystemSource:
 def system_source(reference: str) -> SystemSource:
     """What the variants of one system are made from; it is read, and not yet checked.
 
-    Parameters
-    ----------
-    reference : str
-        As for :func:`find_system`.
+    ``reference``: as for :func:`find_system`.
 
     Raises
     ------

@@ -163,12 +163,7 @@ def shifted_class(nonlinearity_class: NonlinearityClass, gain: Fraction) -> Nonl
 def shifted_bound(bound: float | Fraction, gain: Fraction) -> float | Fraction:
     """``bound - gain``, exactly; an infinite bound stays.
 
-    Parameters
-    ----------
-    bound : int, float or Fraction
-        A bound; a float means the double it is.
-    gain : Fraction
-        What is subtracted.
+    ``bound``: a bound; a float means the double it is.  ``gain``: what is subtracted.
     """
     return bound if bound in (math.inf, -math.inf) else Fraction(bound) - gain
 
@@ -280,12 +275,7 @@ class MovedNonlinearity(_AsSmooth, NamedNonlinearity, kw_only=False):
 def moved_graph(graph: Graph, at: Fraction) -> PiecewiseLinear:
     """``phi(at + sigma) - phi(at)`` of a piecewise linear nonlinearity, exactly.
 
-    Parameters
-    ----------
-    graph : Graph
-        That of ``phi``.
-    at : Fraction
-        Where ``sigma`` is counted from.
+    ``graph``: that of ``phi``; ``at``: where ``sigma`` is counted from.
     """
     value = graph.exact(at)
     kinks = [k for k, (x, (s, t)) in enumerate(zip(graph.knots, pairwise(graph.slopes), strict=True)) if s != t]
@@ -299,12 +289,7 @@ def moved_graph(graph: Graph, at: Fraction) -> PiecewiseLinear:
 def steepest_chord(at: Fraction, within: Fraction) -> Fraction:
     """A bound of all ``(tanh(s + x) - tanh(s))/x`` for ``|s - at| <= within``, at most 1.
 
-    Parameters
-    ----------
-    at : Fraction
-        Not negative.
-    within : Fraction
-        Positive.
+    ``at``: not negative; ``within``: positive.
 
     Notes
     -----

@@ -31,12 +31,7 @@ from lure.plants.text import coefficients, exact_coefficient, parse_transfer, po
 def exact_block(source: object, what: str) -> RationalPlant:
     """The rational block that ``source`` describes.
 
-    Parameters
-    ----------
-    source : object
-        Whatever :func:`lure.as_plant` takes.
-    what : str
-        What needs it, for the error.
+    ``source``: whatever :func:`lure.as_plant` takes; ``what``: what needs it, for the error.
 
     Raises
     ------
@@ -84,10 +79,7 @@ _WANTED = (
 def one_channel(source: object, *, dt: object = None) -> AnyBlock:
     """The linear block with one input and one output that ``source`` describes, for what is about one nonlinearity.
 
-    Parameters
-    ----------
-    source, dt : object
-        As for :func:`as_plant`.
+    ``source``, ``dt``: as for :func:`as_plant`.
 
     Raises
     ------
@@ -202,12 +194,7 @@ def transfer_matrix(
 ) -> RationalPlant | DelayPlant | MultivariablePlant | DelayMatrix:
     """The plant of rows of formulas, blocks and gains, outputs down.
 
-    Parameters
-    ----------
-    rows : sequence of sequences
-        ``H``, row by row.
-    dt : object
-        As for :func:`as_plant`.
+    ``rows``: ``H``, row by row; ``dt``: as for :func:`as_plant`.
 
     Raises
     ------

@@ -105,12 +105,8 @@ def float_block(
 ) -> StateSpace:
     """The block of the same matrices in floating point.
 
-    Parameters
-    ----------
-    A, B, C, D : object
-        As for :func:`rational_block`; entries that are no doubles are rounded.
-    dt : Fraction, True or None
-        Sampling time [s]; True where its period is not stated; None for continuous time.
+    ``A``, ``B``, ``C``, ``D``: as for :func:`rational_block`; entries that are no doubles are rounded.  ``dt``:
+    sampling time [s]; True where its period is not stated; None for continuous time.
 
     Raises
     ------
@@ -151,12 +147,7 @@ def _listed(values: object) -> object:
 def rows_of(values: object, name: str) -> list[object]:
     """Rows of a matrix; a number or a plain list counts as one row.
 
-    Parameters
-    ----------
-    values : object
-        Nested lists, an array or a sparse matrix.
-    name : str
-        What it is called, for errors.
+    ``values``: nested lists, an array or a sparse matrix; ``name``: what it is called, for errors.
 
     Raises
     ------

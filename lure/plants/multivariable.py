@@ -177,12 +177,8 @@ def plant_of_matrices(
 ) -> MultivariablePlant | None:
     """The plant of the matrices, None if they have one input and one output, or no shape for which it could be told.
 
-    Parameters
-    ----------
-    A, B, C, D : object
-        Nested lists, arrays or sparse matrices; ``D`` may be None or 0.
-    dt : Fraction, True or None
-        Sampling time [s].
+    ``A``, ``B``, ``C``, ``D``: nested lists, arrays or sparse matrices; ``D`` may be None or 0.  ``dt``: sampling time
+    [s].
 
     Raises
     ------

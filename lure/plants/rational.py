@@ -189,12 +189,7 @@ class RationalPlant(Record):
 def sampling_period(dt: object, name: str) -> Fraction | None:
     """A sampling time as it is kept: an exact number, 1 where True says that none is stated.
 
-    Parameters
-    ----------
-    dt : object
-        A positive number, True, or None for continuous time.
-    name : str
-        What it is, for errors.
+    ``dt``: a positive number, True, or None for continuous time; ``name``: what it is, for errors.
 
     Raises
     ------

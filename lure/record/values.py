@@ -404,10 +404,7 @@ def _same_arrays(one: object, other: object) -> bool:
 def digest(value: object) -> object:
     """Something that can be hashed, equal where the values are the same.
 
-    Parameters
-    ----------
-    value : object
-        As for :func:`same`.
+    ``value``: as for :func:`same`.
     """
     if isinstance(value, int | float | Fraction | str | bytes | None):
         return value if value == value else "nan"

@@ -154,10 +154,7 @@ def motion_attributes(title: str, *, subject: str, about: str, evidence: str, me
 def what_it_shows(subject: str, about: str, evidence: str) -> str:
     """What a motion shows and what it does not, in a sentence or two.
 
-    Parameters
-    ----------
-    subject, about, evidence : str
-        As for :func:`motion_attributes`.
+    ``subject``, ``about``, ``evidence``: as for :func:`motion_attributes`.
     """
     other = "" if subject in ("rod", "cellular network") else " It is not a motion of the rod."
     return f"A motion of {about}; {evidence} evidence of this one motion, which proves nothing of others.{other}"
@@ -324,12 +321,7 @@ def turning_negative(values: Reals, noise: float) -> float | None:
 
     It is looked at between its roots, so that no dip below zero is missed, however short.
 
-    Parameters
-    ----------
-    values : ndarray
-        At the points of :func:`step_points`.
-    noise : float
-        What rounding may have put below zero.
+    ``values``: at the points of :func:`step_points`; ``noise``: what rounding may have put below zero.
     """
     chebyshev, series = np.polynomial.chebyshev, _fit(len(values)) @ values
     size = np.abs(series)

@@ -232,12 +232,7 @@ class Rod:
 def impedance_multiple(value: object, name: str) -> Fraction | None:
     """The factor of a text such as ``"2 Z"``, ``"-Z"``, ``"0.5*Z"`` or ``"Z/3"``; None for anything without a Z.
 
-    Parameters
-    ----------
-    value : object
-        What was given.
-    name : str
-        Where, for errors.
+    ``value``: what was given; ``name``: where, for errors.
 
     Raises
     ------

@@ -59,12 +59,8 @@ def holds_on_circle(p: fmpq_poly, need: Need) -> bool:
 def require_same(written: fmpq_poly, own: fmpq_poly, factors: Iterable[fmpq_poly]) -> None:
     """Check that two polynomials agree but for a positive number and powers of factors that are positive anyway.
 
-    Parameters
-    ----------
-    written, own : fmpq_poly
-        From the file, and built here.
-    factors : iterable of fmpq_poly
-        Polynomials positive on the open half-line; ``x`` itself is understood.
+    ``written``, ``own``: from the file, and built here.  ``factors``: polynomials positive on the open half-line; ``x``
+    itself is understood.
 
     Raises
     ------

@@ -354,12 +354,7 @@ def centred(asked: Asked) -> Asked:
 def closed_by(asked: Asked, gains: Sequence[Fraction]) -> fmpq_mat | None:
     """The matrix of the loop with constant gains; None if it has no solution.
 
-    Parameters
-    ----------
-    asked : Asked
-        The plant.
-    gains : sequence of Fraction
-        One for each channel.
+    ``asked``: the plant; ``gains``: one for each channel.
     """
     G = diagonal(gains)
     whole = diagonal([Fraction(1)] * len(gains)) + asked.D * G

@@ -58,12 +58,7 @@ def turned(p: Place, q: Place) -> fmpq:
 def curve_of(loop: Loop, value: object) -> Curve:
     """The curve, which goes once around 0 by steps of less than half a turn in one sense.
 
-    Parameters
-    ----------
-    loop : Loop
-        With two states.
-    value : object
-        Its points, as they were read.
+    ``loop``: with two states; ``value``: its points, as they were read.
 
     Raises
     ------
@@ -136,12 +131,7 @@ def require_crossed(loop: Loop, arcs: Sequence[Arc], side: int) -> None:
 def require_one_equilibrium(loop: Loop, curve: Curve) -> None:
     """Check that ``A x = B phi`` has no solution within the curve but 0; all are ``x = (A - g B C)^-1 B psi``.
 
-    Parameters
-    ----------
-    loop : Loop
-        With one nonlinearity.
-    curve : Curve
-        Around 0.
+    ``loop``: with one nonlinearity; ``curve``: around 0.
 
     Raises
     ------

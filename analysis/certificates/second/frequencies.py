@@ -168,14 +168,7 @@ def require_weights(given: Multiplier, widths: Sequence[Fraction], rate: Fractio
     ``theta int a_i sigma' = (theta/w) int a_i b_i'``, up to ends, is ``a theta/w`` times the integral of ``a_i b_i -
     Phi_i``, less that of ``Phi_i``: Popov's term gives to a row what it takes from a column.
 
-    Parameters
-    ----------
-    given : Multiplier
-        The multiplier.
-    widths : sequence of Fraction
-        Of the bounds.
-    rate : Fraction
-        The rate.
+    ``widths``: of the bounds.
     """
     for i, (row, column) in given.owed.items():
         given_by = given.theta[i] * rate / widths[i]
@@ -279,12 +272,7 @@ def _require_definite(realised: Matrices) -> None:
 def require_vertices(D: fmpq_mat, widths: Sequence[Fraction]) -> None:
     """Check ``det(1 + D G) > 0`` for all gains in ``[0, w]``: it is affine in each.
 
-    Parameters
-    ----------
-    D : fmpq_mat
-        After the shift.
-    widths : sequence of Fraction
-        ``w``.
+    ``D``: after the shift; ``widths``: ``w``.
 
     Raises
     ------

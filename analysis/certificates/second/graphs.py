@@ -69,12 +69,7 @@ def read_graph(value: object) -> Graph:
 def pieces_of(graph: Graph, scale: Fraction) -> list[tuple[Cut, Cut, fmpq_poly]]:
     """The pieces of ``phi(scale x)`` over ``x``, with their ends; scale > 0 or < 0.
 
-    Parameters
-    ----------
-    graph : Graph
-        The nonlinearity.
-    scale : Fraction
-        Not 0.
+    ``graph``: the nonlinearity; ``scale``: not 0.
     """
     argument, cuts = to_fmpq(scale) * X, [cut / scale for cut in graph.cuts]
     parts = [piece(argument) for piece in graph.pieces]

@@ -137,12 +137,7 @@ class LateLoop:
 
         In neutral equations for arcs of the phases that ``x'`` arrives with, which are then in the first.
 
-        Parameters
-        ----------
-        u : arb
-            ``1/omega``; it may contain 0.
-        arcs : sequence of pairs of Fraction
-            Two ends for each of :attr:`turning` [turns].
+        ``u``: ``1/omega``; it may contain 0.  ``arcs``: two ends for each of :attr:`turning` [turns].
 
         Returns
         -------
@@ -253,10 +248,7 @@ class LateLoop:
     def response(self, s: acb_series) -> Series | None:
         """Rows of the transfer matrix as series; None if ``s - M(s)`` may be singular.
 
-        Parameters
-        ----------
-        s : acb_series
-            On the axis.
+        ``s``: on the axis.
         """
         n, m = self.A.nrows(), self.B.ncols()
         rows, outputs = self._sides(s)
@@ -304,12 +296,7 @@ def _product(P: list[list[_T]], Q: list[list[_T]]) -> list[list[_T]]:
 def late_companion(system: Delayed, gain: Fraction) -> LateLoop:
     """The loop of one channel with a gain: ``(d + g n_0) y + sum (q_T + g n_T) y(t - T) = 0``, ``x = (y, y', ..)``.
 
-    Parameters
-    ----------
-    system : Delayed
-        The plant; ``n_0`` is of a lower degree than ``d``.
-    gain : Fraction
-        ``g``, which may depend on time.
+    ``system``: the plant; ``n_0`` is of a lower degree than ``d``.  ``gain``: ``g``, which may depend on time.
     """
     n = system.d.degree()
     require(n > 0, "the plant has no states")
@@ -389,12 +376,7 @@ def require_returning(stays: Sequence[LateLoop], times: Sequence[Fraction], ends
 def grown(pace: Fraction | None, tau: Fraction) -> arb:
     """``e^(a T)``.
 
-    Parameters
-    ----------
-    pace : Fraction or None
-        The rate ``a``; None for 0.
-    tau : Fraction
-        The dead time ``T``.
+    ``pace``: the rate ``a``; None for 0.  ``tau``: the dead time ``T``.
     """
     return ball((pace or Fraction(0)) * tau).exp()
 

@@ -135,12 +135,7 @@ def require_growth(system: Rational, nonlinearities: Nonlinearities, proof: obje
 def triangle(rows: object, order: int) -> list[list[fmpz]]:
     """The lower triangle of integers, row by row.
 
-    Parameters
-    ----------
-    rows : object
-        As they stand in the file.
-    order : int
-        How many there must be.
+    ``rows``: as they stand in the file; ``order``: how many there must be.
     """
     found = [[whole(entry) for entry in listed(row)] for row in listed(rows)]
     require([len(row) for row in found] == list(range(1, order + 1)), "P is not a lower triangle of this order")

@@ -139,12 +139,8 @@ _MOST_PIECES, _DOUBLINGS, _SHORT, _NARROWEST = 20_000, 60, 2**8, 2**90
 def taylor(here: acb_series, wide: acb_series, radius: arb) -> acb:
     """Bound of a function by Taylor's formula about the middle of an interval of a real variable.
 
-    Parameters
-    ----------
-    here, wide : acb_series
-        The function about the middle, and about every point: of this the last coefficient is taken.
-    radius : arb
-        Half the length.
+    ``here``, ``wide``: the function about the middle, and about every point: of this the last coefficient is taken;
+    ``radius``: half the length.
     """
     total, power = here[0], arb(1)
     for k in range(1, SERIES_TERMS):
@@ -157,12 +153,7 @@ def taylor(here: acb_series, wide: acb_series, radius: arb) -> acb:
 def on_axis(chi: Callable[[acb_series], acb_series], a: Fraction, b: Fraction) -> acb:
     """``chi(i omega)`` for ``omega`` from ``a`` to ``b``.
 
-    Parameters
-    ----------
-    chi : callable
-        The function, of a series in ``omega``.
-    a, b : Fraction
-        The frequencies [rad/s].
+    ``chi``: the function, of a series in ``omega``; ``a``, ``b``: the frequencies [rad/s].
     """
     centres = acb(ball((a + b) / 2)), acb(ball(a).union(ball(b)))
     here, wide = (chi(acb_series([omega * acb(0, 1), acb(0, 1)])) for omega in centres)

@@ -25,12 +25,7 @@ LARGEST_WINDOW = 4
 def require_positive_on_orders(rows: Sequence[Sequence[Fraction]], *, odd: bool) -> None:
     """Check that ``w' M w > 0`` for ``w = (phi, v) != 0`` from the samples of every nonlinearity.
 
-    Parameters
-    ----------
-    rows : sequence of sequence of Fraction
-        The lower triangle of ``M``, of ``2 p`` rows.
-    odd : bool
-        Whether for odd nonlinearities only.
+    ``rows``: the lower triangle of ``M``, of ``2 p`` rows; ``odd``: whether for odd nonlinearities only.
 
     Raises
     ------

@@ -181,12 +181,7 @@ def popov_terms(turn: Fraction, width: Fraction, *, sloped: bool) -> tuple[Fract
     either side of the graph within the rectangle is at least a triangle: ``|2 int psi - psi sigma| <= psi (sigma -
     psi/w)``.
 
-    Parameters
-    ----------
-    turn, width : Fraction
-        ``theta a`` and ``w``.
-    sloped : bool
-        Whether the slopes are in ``[0, w]``, too.
+    ``turn``, ``width``: ``theta a`` and ``w``; ``sloped``: whether the slopes are in ``[0, w]``, too.
     """
     if sloped:
         return Fraction(0), abs(turn), -2 * abs(turn) / width

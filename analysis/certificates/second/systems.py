@@ -122,12 +122,7 @@ class Plant:
 def mapped(p: fmpq_poly, degree: int) -> fmpq_poly:
     """``(1 - s)^degree p((1 + s)/(1 - s))``, which takes the unit disc to the left half plane.
 
-    Parameters
-    ----------
-    p : fmpq_poly
-        A polynomial in ``z``.
-    degree : int
-        At least its own.
+    ``p``: a polynomial in ``z``; ``degree``: at least its own.
     """
     up, down = fmpq_poly([1, 1]), fmpq_poly([1, -1])
     found, factor = fmpq_poly([]), down ** (degree - max(p.degree(), 0))

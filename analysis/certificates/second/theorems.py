@@ -53,12 +53,7 @@ ONE_MINUS_C = fmpq_poly([1, -1])
 def require_on_circle(asked: Question, block: Shifted) -> None:
     """Check the inequality of a theorem in discrete time.
 
-    Parameters
-    ----------
-    asked : Question
-        The theorem, the class and the multiplier.
-    block : Shifted
-        The block after the shift.
+    ``asked``: the theorem, the class and the multiplier; ``block``: the block after the shift.
 
     Raises
     ------

@@ -24,12 +24,7 @@ MOST_VERTICES = 10
 def shifted_by(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Matrices:
     """``A~, B~, C~, D~``: the loop shifted by the lower bounds.
 
-    Parameters
-    ----------
-    asked : Asked
-        The plant.
-    bounds : sequence of pairs of Fraction
-        Of each channel.
+    ``asked``: the plant; ``bounds``: of each channel.
     """
     m = asked.D.nrows()
     lower, one = diagonal([low for low, _ in bounds]), diagonal([Fraction(1)] * m)
@@ -43,12 +38,8 @@ def shifted_by(asked: Asked, bounds: Sequence[tuple[Fraction, Fraction]]) -> Mat
 def integrators_apart(shifted: Matrices, weights: fmpq_mat) -> tuple[Matrices, fmpq_mat]:
     """``(A~ - c Pi, (1 - Pi) B~, C~, D~)`` and ``R``; ``Lambda R`` symmetric with a positive eigenvalue for each 0.
 
-    Parameters
-    ----------
-    shifted : tuple of fmpq_mat
-        ``A~, B~, C~, D~``, in continuous time, ``A~`` singular.
-    weights : fmpq_mat
-        ``Lambda``, or what a multiplier is at 0.
+    ``shifted``: ``A~, B~, C~, D~``, in continuous time, ``A~`` singular; ``weights``: ``Lambda``, or what a multiplier
+    is at 0.
 
     Raises
     ------
@@ -177,12 +168,7 @@ def require_equilibria(  # noqa: PLR0913  (the parts of one inequality)
 def without(M: arb_mat, left_out: Sequence[int]) -> arb_mat:
     """A matrix without some rows and columns.
 
-    Parameters
-    ----------
-    M : arb_mat
-        Square.
-    left_out : sequence of int
-        Which, counted from 0.
+    ``M``: square; ``left_out``: which, counted from 0.
     """
     kept = [i for i in range(M.nrows()) if i not in left_out]
     return arb_mat([[M[i, j] for j in kept] for i in kept]) if left_out else M

@@ -100,12 +100,7 @@ def class_words(row: Data, *, inwards: bool = True) -> str:
 def asked_about(row: Data, system: Data) -> bool:
     """Whether the row is of the kind of the class asked about, with several channels about these classes.
 
-    Parameters
-    ----------
-    row : dict
-        One of the document's ``answers``.
-    system : dict
-        The document's ``system``.
+    ``row``: one of the document's ``answers``; ``system``: the document's ``system``.
     """
     if "classes" in system:
         return bool(row["classes"] == system["classes"])

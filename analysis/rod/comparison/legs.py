@@ -239,12 +239,7 @@ def scipy_leg(leg: Leg, method: ScipyMethod) -> Walked:
     contact of the interpolant is missed, however short.  In flight steps are not looked at on which the largest wave
     could not carry ``z`` half the way to the obstacle.
 
-    Parameters
-    ----------
-    leg : Leg
-        The piece.
-    method : str
-        Name of a class of ``scipy.integrate``.
+    ``leg``: the piece; ``method``: name of a class of ``scipy.integrate``.
 
     Raises
     ------

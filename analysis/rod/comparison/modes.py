@@ -129,12 +129,8 @@ def is_the_papers(rod: Rod, scenario: Scenario) -> bool:
 def verdict(rod_left: float, schemes: dict[int, float]) -> str:
     """What the numbers of this run show of the paper's claim, in one or two sentences.
 
-    Parameters
-    ----------
-    rod_left : float
-        Share of the ringing that the rod keeps at the paper's settling time.
-    schemes : dict of int to float
-        The same for every number of cells.
+    ``rod_left``: share of the ringing that the rod keeps at the paper's settling time; ``schemes``: the same for every
+    number of cells.
     """
     if not schemes:
         return "No scheme was run, so nothing is said about the settling time of the paper."

@@ -46,12 +46,8 @@ class Reference:
 def reference(rod: Rod, scenario: Scenario, until: float, samples: int) -> Reference:
     """The exact motion at evenly spaced samples.
 
-    Parameters
-    ----------
-    rod, scenario, until
-        The rod, its loads and initial data, and the end [s].
-    samples : int
-        Number of instants.
+    ``rod``, ``scenario``, ``until``: the rod, its loads and initial data, and the end [s]; ``samples``: number of
+    instants.
     """
     before = time.process_time()
     motion = exact_motion(rod, scenario, until)

@@ -49,12 +49,7 @@ def flight_after(rod: Rod, window: Window) -> Flight:
     bounds on Chebyshev series over whole pieces, which are halved until both ends agree to rounding.  It is the
     continuous counterpart of the bound on the shift register of the scheme.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k > 0``.
-    window : Window
-        The whole round trip before.
+    ``rod``: the rod, ``k > 0``; ``window``: the whole round trip before.
 
     Notes
     -----
@@ -113,14 +108,7 @@ def follow(rod: Rod, scenario: Scenario, until: float) -> Followed:
     more, along which the closed form of free flight can be compared.  At most 1900 round trips, fewer where contacts
     make them dear; for ``k < 0`` at most until the waves have grown by ``1e60``.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the motion that is asked for [s].
+    ``until``: end of the motion that is asked for [s].
 
     Raises
     ------
@@ -219,12 +207,7 @@ def _size(series: Array) -> float:
 def ringing(rod: Rod, trips: float) -> float:
     """``(-a)^m`` after ``m`` round trips, which is what is left of the departure from rest.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``k > 0``.
-    trips : float
-        Whole number ``m``.
+    ``rod``: the rod, ``k > 0``; ``trips``: whole number ``m``.
     """
     if rod.reflection == 0.0:
         return 1.0 if trips == 0 else 0.0

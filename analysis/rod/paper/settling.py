@@ -113,12 +113,7 @@ def rod_settling(rod: Rod, scenario: Scenario) -> Settling:
     With ``lambda = ln(-a)/2T`` every mode of the rod decays alike: ``u(t, L) = rest + e^{lambda t} q(t)`` with ``q`` of
     period ``2T``; the drift is the mean of ``q``.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``0 < k < Z``.
-    scenario : Scenario
-        Initial data; no loads.
+    ``rod``: the rod, ``0 < k < Z``.  ``scenario``: initial data; no loads.
 
     Raises
     ------

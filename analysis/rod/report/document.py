@@ -219,10 +219,7 @@ def document(report: StabilityReport) -> Json:
 def exact_text(value: Fraction) -> str:
     """An exact rational as text: a decimal where one is exact, else ``p/q``.
 
-    Parameters
-    ----------
-    value : Fraction
-        The number.
+    ``value``: the number.
     """
     return decimal(value) or str(value)
 

@@ -101,14 +101,7 @@ class Settling(Record):
 def settling(rod: Rod, plan: Plan, period: float) -> Settling:
     """Time to wait before a motion is looked at.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    plan : Plan
-        Its ``settle`` and boundary conditions.
-    period : float
-        Of the force [s].
+    ``plan``: its ``settle`` and boundary conditions; ``period``: of the force [s].
 
     Raises
     ------
@@ -288,14 +281,7 @@ class Watch:
 def follow(rod: Rod, scenario: Scenario, watches: Sequence[Watch], progress: Progress | None = None) -> Motion:
     """Follow a motion to the end of the last watch; every watch has seen what went by if it is interrupted.
 
-    Parameters
-    ----------
-    rod, scenario
-        The rod, its loads and initial data.
-    watches : sequence of Watch
-        In the order of their times, one at least.
-    progress : callable, optional
-        Called as ``progress(text, share)``.
+    ``watches``: in the order of their times, one at least; ``progress``: called as ``progress(text, share)``.
     """
     until = float(watches[-1].t[-1])
     first, trip = float(watches[0].t[0]), 2.0 * rod.travel_time

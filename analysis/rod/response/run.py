@@ -277,14 +277,7 @@ def scenario_of(force: Load) -> Scenario:
 def classified(seen: Recording, scenario: Scenario, plan: Plan) -> tuple[Regime, Transients]:
     """The kind of motion, and whether it was still changing.
 
-    Parameters
-    ----------
-    seen : Recording
-        The watched motion.
-    scenario : Scenario
-        Its loads.
-    plan : Plan
-        How closely it must repeat.
+    ``seen``: the watched motion; ``plan``: how closely it must repeat.
     """
     table = seen.z[:-1].reshape(plan.run, plan.samples)
     constant = scenario.force.is_constant and scenario.body_force.is_constant
@@ -294,12 +287,7 @@ def classified(seen: Recording, scenario: Scenario, plan: Plan) -> tuple[Regime,
 def stroboscopic(seen: Recording, plan: Plan) -> Array:
     """Points ``(z, z')`` (R+1, 2) at whole periods of the load [m, m/s].
 
-    Parameters
-    ----------
-    seen : Recording
-        The watched motion.
-    plan : Plan
-        Samples in a period.
+    ``seen``: the watched motion; ``plan``: samples in a period.
     """
     return np.column_stack((seen.z, seen.v))[:: plan.samples]
 
@@ -307,12 +295,7 @@ def stroboscopic(seen: Recording, plan: Plan) -> Array:
 def watched_times(plan: Plan, period: float, start: float) -> Array:
     """Times of the samples of a watch [s].
 
-    Parameters
-    ----------
-    plan : Plan
-        How many periods and samples.
-    period, start : float
-        Of the load, and of the watch [s].
+    ``plan``: how many periods and samples; ``period``, ``start``: of the load, and of the watch [s].
     """
     return start + period * (np.arange(plan.run * plan.samples + 1) / plan.samples)
 

@@ -54,12 +54,7 @@ class Separation(Record):
 def pushed(scenario: Scenario, start: float, period: float) -> Scenario:
     """The scenario with its force enlarged by 1e-9 of itself for one period.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        It must have a force.
-    start, period : float
-        When the push begins, and how long it lasts [s].
+    ``scenario``: it must have a force; ``start``, ``period``: when the push begins, and how long it lasts [s].
 
     Raises
     ------
@@ -76,12 +71,7 @@ def pushed(scenario: Scenario, start: float, period: float) -> Scenario:
 def separation(first: Array, second: Array, period: float) -> Separation:
     """The rate at which two motions part.
 
-    Parameters
-    ----------
-    first, second : ndarray
-        (R, q) samples of ``z``: ``q`` phases of ``R`` periods [m].
-    period : float
-        Of the force [s].
+    ``first``, ``second``: (R, q) samples of ``z``: ``q`` phases of ``R`` periods [m]; ``period``: of the force [s].
     """
     distance = np.abs(second - first).max(axis=1)
     size, level = float(np.ptp(first)), float(np.abs(first).max())
@@ -312,12 +302,7 @@ class Spectrum(Result):
 def impulses(record: Recording, periods: int) -> Impulses:
     """Statistics of the impacts.
 
-    Parameters
-    ----------
-    record : Recording
-        The watched motion.
-    periods : int
-        Periods of the force in it.
+    ``record``: the watched motion; ``periods``: periods of the force in it.
     """
     found = record.impacts
     closed = np.array([impact.impulse for impact in found if impact.closed])

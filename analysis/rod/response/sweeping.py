@@ -104,12 +104,7 @@ def staircase(family: Sequence[Case], starts: Sequence[float]) -> Scenario:
 
     so that each member begins where the one before has ended, with its own force at its beginning.
 
-    Parameters
-    ----------
-    family : sequence of Case
-        Members that differ in the force only.
-    starts : sequence of float
-        ``t_j`` [s], ascending, the first of them 0.
+    ``family``: members that differ in the force only; ``starts``: ``t_j`` [s], ascending, the first of them 0.
 
     Raises
     ------

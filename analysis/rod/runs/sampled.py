@@ -136,14 +136,7 @@ class SampledRun(Record):
 def sparse(until: float, samples: int, rod: Rod) -> str:
     """A warning where waves pass the end unseen between two samples: more than half a transit apart; else nothing.
 
-    Parameters
-    ----------
-    until : float
-        End of the motion [s].
-    samples : int
-        Number of instants, evenly spaced.
-    rod : Rod
-        The rod.
+    ``until``: end of the motion [s]; ``samples``: number of instants, evenly spaced.
     """
     apart = until / (samples - 1) / rod.travel_time
     if apart <= _APART:

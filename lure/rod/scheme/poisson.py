@@ -50,12 +50,7 @@ class Mean:
 def mean_of(rate: float, time: float) -> Mean:
     """``rate * time`` without rounding.
 
-    Parameters
-    ----------
-    rate : float
-        Cell crossings per second [1/s].
-    time : float
-        Time, finite and not negative [s].
+    ``rate``: cell crossings per second [1/s]; ``time``: time, finite and not negative [s].
 
     Raises
     ------
@@ -147,12 +142,7 @@ def poisson_columns(horizon: float) -> int:
 def poisson_rows(tau: ArrayLike, columns: int) -> Array:
     """Weights ``e^{-tau} tau^n / n!``, normalised to sum to one.
 
-    Parameters
-    ----------
-    tau : array_like
-        (k,) means, at most about 500.
-    columns : int
-        Number of terms, from :func:`poisson_columns`.
+    ``tau``: (k,) means, at most about 500; ``columns``: number of terms, from :func:`poisson_columns`.
 
     Returns
     -------

@@ -281,14 +281,8 @@ def _fading(kept: float, size: int) -> tuple[Array, Array]:
 def body_history(register: ShiftRegister, body: Array, kappa: float) -> Array:
     """What a body force adds to the shifted states of a register that holds nothing.
 
-    Parameters
-    ----------
-    register : ShiftRegister
-        The shift register.
-    body : ndarray
-        (columns, 2N) what it adds to each cell at each shift.
-    kappa : float
-        Stiffness of a linear contact law in contact, else 0.
+    ``body``: (columns, 2N) what it adds to each cell at each shift; ``kappa``: stiffness of a linear contact law in
+    contact, else 0.
 
     Returns
     -------
