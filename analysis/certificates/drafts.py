@@ -51,14 +51,8 @@ class Failure:
 def guarded(search: str, work: Callable[[], T], *, passing: tuple[type[Exception], ...] = ()) -> T | Failure:
     """What the work returns, or its failure; the user's interrupt passes.
 
-    Parameters
-    ----------
-    search : str
-        A name for the work.
-    work : callable
-        Called without arguments.
-    passing : tuple of type
-        Exceptions that are the caller's to answer.
+    ``search``: a name for the work; ``work``: called without arguments; ``passing``: exceptions that are the caller's
+    to answer.
 
     Notes
     -----

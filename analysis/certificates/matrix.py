@@ -104,14 +104,8 @@ def matrix_draft(
 def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool = False) -> dict[str, Any]:
     """The first ``P`` that passes.
 
-    Parameters
-    ----------
-    claim : Claim
-        What it is to show.
-    first : iterable of Rounded
-        What to try first.
-    close : bool
-        Whether to go on where the frequency inequality leaves less room than doubles can tell.
+    ``claim``: what it is to show; ``first``: what to try first; ``close``: whether to go on where the frequency
+    inequality leaves less room than doubles can tell.
 
     Raises
     ------

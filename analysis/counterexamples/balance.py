@@ -325,14 +325,8 @@ class Balance:
     def found(self, count: int, most: float, *, first: Iterable[Wave] = ()) -> list[tuple[Balance, Wave]]:
         """Solutions that bend, the smallest factor first, no two alike, with four times as many harmonics.
 
-        Parameters
-        ----------
-        count : int
-            How many random waves to begin with.
-        most : float
-            The largest factor of interest.
-        first : iterable of Wave
-            What to begin with besides.
+        ``count``: how many random waves to begin with; ``most``: the largest factor of interest; ``first``: what to
+        begin with besides.
         """
         finer = list[tuple[Balance, Wave]]()
         with np.errstate(all="ignore"):

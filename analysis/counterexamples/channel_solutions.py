@@ -57,14 +57,8 @@ def channel_solutions(
     solution is followed until it has come to rest or grown a million times, or five stretches are over, each twice as
     long as that before; what is then open is called so.  In doubles, by LSODA or by recursion.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        ``H`` with ``m`` inputs and outputs.
-    nonlinearities : sequence of Nonlinearity, Graph or Hysteron
-        One for each channel.
-    words : str
-        What they are called.
+    ``plant``: ``H`` with ``m`` inputs and outputs; ``nonlinearities``: one for each channel; ``words``: what they are
+    called.
 
     Returns
     -------

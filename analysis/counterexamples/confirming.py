@@ -75,16 +75,7 @@ def starts(loop: BatchLoop, knees: tuple[float, ...], gain: float, *, seed: int 
     Each is scaled so that the linear loop with the gain ``gain`` would reach ``|sigma|`` of a chosen size: small and
     large against the scales of the nonlinearity, and near them.
 
-    Parameters
-    ----------
-    loop : BatchLoop
-        The loop.
-    knees : tuple of float
-        The scales of the nonlinearity.
-    gain : float
-        A gain of the class.
-    seed : int
-        Of the random directions.
+    ``knees``: the scales of the nonlinearity; ``gain``: a gain of the class; ``seed``: of the random directions.
     """
     sizes = _sizes(knees)
     directions = [*_modes(loop.closed(gain)), *np.random.default_rng(seed).standard_normal((_RANDOM, loop.order))]

@@ -284,14 +284,7 @@ def wave_witness(block: RationalPlant, *, odd: bool, lower: Fraction = Fraction(
     :mod:`lure.analysis.counterexamples.graphs`: more kinks than :func:`oscillation_witness` has, and solutions without
     half waves.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        In continuous time.
-    odd : bool
-        Whether only odd nonlinearities are wanted.
-    lower : Fraction
-        Least slope.
+    ``block``: in continuous time; ``odd``: whether only odd nonlinearities are wanted; ``lower``: least slope.
 
     Returns
     -------

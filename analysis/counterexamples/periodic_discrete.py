@@ -51,16 +51,8 @@ class Proposal:
 def exact_orbit(block: RationalPlant, lower: Fraction, proposal: Proposal, *, odd: bool = False) -> Witness | None:
     """The witness of a proposal: at its own ``k`` if that is rational, else at the next ``k`` above that can be proved.
 
-    Parameters
-    ----------
-    block : RationalPlant
-        The block before the shift.
-    lower : Fraction
-        The lower bound.
-    proposal : Proposal
-        Found for the shifted block ``n / (d + lower n)``.
-    odd : bool
-        Whether the nonlinearity of a ``sector`` pattern has to be odd.
+    ``block``: the block before the shift; ``lower``: the lower bound; ``proposal``: found for the shifted block ``n /
+    (d + lower n)``; ``odd``: whether the nonlinearity of a ``sector`` pattern has to be odd.
 
     Returns
     -------

@@ -181,12 +181,8 @@ def confirmed(block: RationalPlant, loop: BatchLoop, run: Run, slow: float) -> b
 def lasts(run: Run, slow: float) -> bool:
     """Whether an oscillation outlasted what any linear gain of the nonlinearity would have made of it.
 
-    Parameters
-    ----------
-    run : Run
-        A run that seems to oscillate.
-    slow : float
-        Slowest decay of a linear gain that the nonlinearity attains in the scaled time; negative if one grows.
+    ``run``: a run that seems to oscillate.  ``slow``: slowest decay of a linear gain that the nonlinearity attains in
+    the scaled time; negative if one grows.
     """
     return abs(slow) * float(run.t[-1][-1] - run.t[-1][0]) / 2 >= DECAYS
 

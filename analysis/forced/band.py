@@ -222,16 +222,8 @@ def band(loop: ForcedLoop, found: Balanced, gain: Fraction, smooth: Sequence[arb
     ``|psi(sigma) - psi(sigma_hat)| <= kappa |sigma - sigma_hat|``, so that ``|sigma - sigma_hat| <= (1 + kappa gamma)
     |u|`` in the mean square over a period, and ``G`` makes of it what Cauchy and Schwarz allow at any time.
 
-    Parameters
-    ----------
-    loop : ForcedLoop
-        The loop.
-    found : Balanced
-        The balance.
-    gain : Fraction
-        The incremental L2 gain ``gamma`` from what is added to ``mu`` to ``sigma``.
-    smooth : sequence of arb
-        What :meth:`ForcedLoop.smoothing` says at this frequency.
+    ``found``: the balance; ``gain``: the incremental L2 gain ``gamma`` from what is added to ``mu`` to ``sigma``;
+    ``smooth``: what :meth:`ForcedLoop.smoothing` says at this frequency.
     """
     missed = residual(loop, found)
     with working_precision(BITS):

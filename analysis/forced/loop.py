@@ -267,14 +267,7 @@ class ForcedLoop:
     def beyond(self, omega: float, count: int, whole: Reals) -> float:
         """Which share of ``whole``, what :meth:`smoothing` says, is due to harmonics above these, in floating point.
 
-        Parameters
-        ----------
-        omega : float
-            The frequency [rad/s].
-        count : int
-            How many harmonics are not.
-        whole : ndarray
-            For each row.
+        ``omega``: the frequency [rad/s]; ``count``: how many harmonics are not; ``whole``: for each row.
         """
         inner = self.responses(omega, count)[0] - self.doubles[3]
         low = (np.abs(inner) ** 2).sum(axis=2)

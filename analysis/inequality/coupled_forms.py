@@ -359,14 +359,7 @@ class CoupledForms(ChannelSearch):
     ) -> list[Mapping[str, Any]]:
         """The forms as a certificate has them.
 
-        Parameters
-        ----------
-        cones : sequence of Cone
-            Of each group.
-        found : sequence of sequence of Fraction
-            The unknowns of each.
-        samples : int
-            Of each channel.
+        ``cones``: of each group; ``found``: the unknowns of each; ``samples``: of each channel.
         """
         stated = list[Mapping[str, Any]]()
         for group, cone, values in zip(self.groups, cones, found, strict=True):

@@ -242,14 +242,8 @@ MAX_QUADRUPLINGS = 8
 def popov_infimum(response: DelayResponse, theta: arb, start: float) -> Minimum:
     """Bracket on ``inf Re[(1 + i w theta) H]`` over ``w >= 0``, where it is finite.
 
-    Parameters
-    ----------
-    response : DelayResponse
-        The response.
-    theta : arb
-        Multiplier [s].
-    start : float
-        A frequency beyond all features [rad/s]; doubled until the tail lies above the minimum found before it.
+    ``theta``: multiplier [s].  ``start``: a frequency beyond all features [rad/s]; doubled until the tail lies above
+    the minimum found before it.
     """
 
     def value(omega: Number) -> Number:

@@ -82,12 +82,8 @@ def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
 def gain_curves(found: GainBound, omega: Reals | None = None) -> tuple[list[Reals], Reals | None]:
     """What :func:`plot_gain` draws of stable members: with extreme gains, and that of ``gain.low`` if there is one.
 
-    Parameters
-    ----------
-    found : GainBound
-        The answer.
-    omega : ndarray (k,), optional
-        Frequencies [rad/s], in discrete time [rad per sample]; by default those of the figure.
+    ``found``: the answer.  ``omega``: (k,), frequencies [rad/s], in discrete time [rad per sample]; by default those of
+    the figure.
     """
     omega = _frequencies(found) if omega is None else omega
     classes = found.classes

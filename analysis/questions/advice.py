@@ -99,16 +99,8 @@ def hints(
 ) -> tuple[str, ...]:
     """What would decide more: a smaller class, another lower end, a property that the given phi can have.
 
-    Parameters
-    ----------
-    problem : Problem
-        The loop.
-    rows : list of StabilityBound
-        The rows in the order of the table.
-    gains : tuple of GainInterval
-        All stable linear gains.
-    conclusion : Conclusion
-        What follows for the class asked about.
+    ``problem``: the loop; ``rows``: the rows in the order of the table; ``gains``: all stable linear gains;
+    ``conclusion``: what follows for the class asked about.
     """
     nonlinearity_class, nonlinearity = problem.given, problem.nonlinearity
     if conclusion.verdict is Verdict.PROVED:

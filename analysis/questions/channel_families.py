@@ -117,14 +117,7 @@ class BoxSearch:
     def tree(self, alpha: Fraction, gain: float | None = None, start: families.Tree | None = None) -> families.Tree:
         """Boxes that cover the box, each with what serves on it.
 
-        Parameters
-        ----------
-        alpha : Fraction
-            The factor of the classes.
-        gain : float, optional
-            The gain from ``w`` to ``z``.
-        start : Leaf or Cut, optional
-            Boxes to begin with.
+        ``alpha``: the factor of the classes; ``gain``: the gain from ``w`` to ``z``; ``start``: boxes to begin with.
 
         Raises
         ------

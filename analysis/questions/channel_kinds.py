@@ -117,16 +117,8 @@ def channel_hints(
 ) -> tuple[str, ...]:
     """What would decide more: a smaller factor, a property that the classes do not have.
 
-    Parameters
-    ----------
-    problem : Problem
-        The question about several nonlinearities.
-    asked : StabilityBound or None
-        The largest factor of its classes.
-    rows : sequence of StabilityBound
-        Those of all kinds.
-    conclusion : Conclusion
-        What follows for the classes asked about.
+    ``problem``: the question about several nonlinearities; ``asked``: the largest factor of its classes; ``rows``:
+    those of all kinds; ``conclusion``: what follows for the classes asked about.
     """
     if conclusion.verdict is Verdict.PROVED or problem.classes.rectified:
         return ()

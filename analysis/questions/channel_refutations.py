@@ -150,16 +150,8 @@ def switching_refuting(
 ) -> tuple[Fraction, Refuted] | None:
     """The smallest factor above what is known and up to ``most`` with gains that jump, or move as fast as they may.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    known : Fraction
-        A factor up to which nothing grows.
-    most : float
-        The largest factor of interest.
-    whole : bool
-        Whether as a refutation of the classes as they are given.
+    ``known``: a factor up to which nothing grows; ``most``: the largest factor of interest; ``whole``: whether as a
+    refutation of the classes as they are given.
     """
     if any(one.operator == FULL_BLOCK and one.time_varying for one in asked.classes.classes):
         return as_members(asked, switching_refuting(narrowed(asked), known, most, whole=whole))
@@ -396,16 +388,8 @@ def orbits_refuting(
 ) -> tuple[Fraction, Refuted] | None:
     """The smallest factor above what is known and below ``most`` with a periodic solution of piecewise linear members.
 
-    Parameters
-    ----------
-    asked : Problem
-        The question.
-    known : Fraction
-        A factor up to which there is none.
-    most : float
-        The largest factor of interest.
-    whole : bool
-        Whether as a refutation of the classes as they are given.
+    ``known``: a factor up to which there is none; ``most``: the largest factor of interest; ``whole``: whether as a
+    refutation of the classes as they are given.
     """
     if isinstance(asked.plant, DelayMatrix):  # not searched for beside dead times
         return None

@@ -300,18 +300,8 @@ def jumps(
 ) -> Iterator[tuple[Fraction, list[tuple[int, ...]], dict[str, Any]]]:
     """Gains that jump between the ends of their intervals and are slower than constant ones: for a certificate.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The plant.
-    gains : tuple of sequence of Fraction
-        Lower and upper ends.
-    varying : tuple of bool
-        Which gains may jump.
-    blocks : sequence of range
-        The channels of each.
-    slowest : float
-        The rate of constant gains.
+    ``gains``: lower and upper ends; ``varying``: which gains may jump; ``blocks``: the channels of each; ``slowest``:
+    the rate of constant gains.
 
     Yields
     ------

@@ -192,14 +192,8 @@ class Search:
     def tree(self, laws: Mapping[str, Any], lower: Fraction, upper: Upper, start: Tree | None = None) -> Tree:
         """Boxes that cover the box with a multiplier each, on which the inequality holds as far as floats can tell.
 
-        Parameters
-        ----------
-        laws : Mapping
-            The class as it stands in a certificate.
-        lower, upper
-            Its ends.
-        start : Leaf or Cut, optional
-            Boxes to begin with.
+        ``laws``: the class as it stands in a certificate; ``lower``, ``upper``: its ends; ``start``: boxes to begin
+        with.
 
         Raises
         ------
@@ -312,16 +306,7 @@ def written(tree: Tree) -> dict[str, Any]:
 def draft(family: PlantFamily, row: Theorem, laws: Mapping[str, Any], tree: Tree) -> dict[str, Any]:
     """A certificate for all plants of a box, the checker's part left out.
 
-    Parameters
-    ----------
-    family : PlantFamily
-        The plants.
-    row : Theorem
-        The criterion.
-    laws : Mapping
-        The class.
-    tree : Leaf or Cut
-        The boxes with their multipliers.
+    ``row``: the criterion; ``laws``: the class; ``tree``: the boxes with their multipliers.
     """
     return {
         "verdict": "PROVED",

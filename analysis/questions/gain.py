@@ -283,14 +283,8 @@ def gain_problem(
 
     And whether nothing was said of ``w`` and ``z``: then they are at the input and the output of the plant.
 
-    Parameters
-    ----------
-    plant, classes, performance : object
-        As for :func:`l2_gain`.
-    criterion : str
-        The criterion asked for.
-    incremental : bool
-        Whether the question is about differences.
+    ``plant``, ``classes``, ``performance``: as for :func:`l2_gain`; ``criterion``: the criterion asked for;
+    ``incremental``: whether the question is about differences.
 
     Raises
     ------

@@ -93,16 +93,8 @@ def proved_on(
 ) -> Proved | None:
     """The same with ``|C_i x|`` bounded by given numbers on the set.
 
-    Parameters
-    ----------
-    plant : MultivariablePlant
-        The linear part.
-    shapes : sequence of Shape
-        What is known of each nonlinearity.
-    states : sequence of Fraction or None
-        The bounds, None for channels that see no state or are lines with limits.
-    points : ndarray, Disturbance or None
-        (k, n) points whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
+    ``states``: the bounds, None for channels that see no state or are lines with limits.  ``points``: (k, n) points
+    whose largest multiple it is to hold; None for the largest volume; or what ``w`` moves.
     """
     for margin in (*MARGINS, None):
         for shrunk in (Fraction(1), Fraction(999, 1000)):

@@ -270,14 +270,8 @@ class Store:
     def write(self, number: int, rows: Sequence[Row], certificates: Sequence[Certificate]) -> None:
         """Write the values of a chunk, and then its marker.
 
-        Parameters
-        ----------
-        number : int
-            Of the chunk.
-        rows : sequence of dict
-            For each point of the chunk the row of each question.
-        certificates : sequence of Mapping
-            Certificates to keep.
+        ``number``: of the chunk; ``rows``: for each point of the chunk the row of each question; ``certificates``:
+        certificates to keep.
         """
         blank = {name: "" if one.kind == "text" else math.nan for name, one in self.variables.items()}
         pick, sizes = itemgetter(*blank), dict[str, int]()

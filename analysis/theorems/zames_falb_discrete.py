@@ -244,14 +244,7 @@ def _ceiling(block: RationalPlant, discrete: DiscretePlant, *, odd: bool) -> tup
 def best_multiplier(discrete: DiscretePlant, block: RationalPlant, *, odd: bool) -> tuple[Multiplier, float]:
     """The best taps found and the largest slope that they prove, NaN for none.
 
-    Parameters
-    ----------
-    discrete : DiscretePlant
-        The shifted plant.
-    block : RationalPlant
-        The plant as given.
-    odd : bool
-        Whether taps may be negative.
+    ``discrete``: the shifted plant; ``block``: the plant as given; ``odd``: whether taps may be negative.
     """
     ceiling, _ = _ceiling(block, discrete, odd=odd)
     return _certified_taps(discrete, ceiling, odd=odd, taps=None)

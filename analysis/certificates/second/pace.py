@@ -63,16 +63,8 @@ def weighted(document: Document, rate: Fraction) -> Document:
 def conclusion(document: Document, rate: Fraction, shown: str, stable: Sequence[str]) -> str:
     """The sentence of the loop itself that follows from one of the weighted loop.
 
-    Parameters
-    ----------
-    document : Document
-        The certificate.
-    rate : Fraction
-        Its rate.
-    shown : str
-        What was shown of the weighted loop.
-    stable : sequence of str
-        The sentences by which its solutions are bounded by a quadratic function of their start.
+    ``document``: the certificate; ``shown``: what was shown of the weighted loop; ``stable``: the sentences by which
+    its solutions are bounded by a quadratic function of their start.
     """
     discrete = document.system.get("time") == "discrete"
     if document.verdict != "PROVED":

@@ -81,12 +81,8 @@ def _gap(row: Data) -> str:
 def class_words(row: Data, *, inwards: bool = True) -> str:
     """The classes of one row of the table, such as ``odd, slope in [0, k]``.
 
-    Parameters
-    ----------
-    row : dict
-        One of the document's ``answers``.
-    inwards : bool
-        Whether the lower end is rounded into the classes, as for what is proved; else out of them, as for a member.
+    ``row``: one of the document's ``answers``.  ``inwards``: whether the lower end is rounded into the classes, as for
+    what is proved; else out of them, as for a member.
     """
     if "classes" in row:
         return f"{row['classes']['text']}; upper bounds times k"
@@ -324,16 +320,8 @@ class Bar:
 def bar(name: str, key: str, row: Data, asked: float | None) -> Bar:
     """The bar of one row of the table.
 
-    Parameters
-    ----------
-    name : str
-        The class.
-    key : str
-        Where the row stands in the document.
-    row : dict
-        One of the document's ``answers``.
-    asked : float or None
-        The upper end asked about.
+    ``name``: the class; ``key``: where the row stands in the document; ``row``: one of the document's ``answers``;
+    ``asked``: the upper end asked about.
     """
     start, proved, refuted = float(row["lower"]), _proved(row), math.inf
     if row["verdict"] == "REFUTED":

@@ -105,16 +105,8 @@ def exaggeration(film: Film) -> tuple[float, float]:
 def frame(film: Film, index: int, *, figure: Figure, title: str) -> None:
     """One frame of the animation.
 
-    Parameters
-    ----------
-    film : Film
-        A stretch of a motion.
-    index : int
-        Which frame.
-    figure : Figure
-        An empty figure to draw it on.
-    title : str
-        Name of the system in a line.
+    ``film``: a stretch of a motion; ``index``: which frame; ``figure``: an empty figure to draw it on; ``title``: name
+    of the system in a line.
     """
     _Picture(film, figure, title).show(index)
 

@@ -169,14 +169,7 @@ def check_span(span: tuple[float, float], until: float, transit: float | None = 
 def check_samples_seen(samples: int, until: float, transit: float) -> None:
     """Refuse samples too far apart for the waves to be seen in a picture made of them.
 
-    Parameters
-    ----------
-    samples : int
-        Number of instants from 0 to ``until``.
-    until : float
-        End of the motion [s].
-    transit : float
-        ``T`` [s].
+    ``samples``: number of instants from 0 to ``until``; ``until``: end of the motion [s]; ``transit``: ``T`` [s].
 
     Raises
     ------

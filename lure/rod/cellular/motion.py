@@ -233,16 +233,7 @@ class Request:
 def motion(network: CellularNetwork, x0: ArrayLike, u: Signal, request: Request) -> CellularMotion:
     """The motion of a network; see :meth:`CellularNetwork.simulate`.
 
-    Parameters
-    ----------
-    network : CellularNetwork
-        The network.
-    x0 : array_like
-        Initial states.
-    u : float, array_like or function of t
-        Inputs.
-    request : Request
-        How long to follow it.
+    ``x0``: initial states; ``u``: inputs; ``request``: how long to follow it.
 
     Raises
     ------

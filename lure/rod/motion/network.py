@@ -414,16 +414,8 @@ def _falls(series: Array, noise: float) -> float | None:
 def begun(function: Function, length: float, breaks: list[float], longest: float) -> Line:
     """The wave that left an end before the motion began, on ``[-length, 0]``, from its initial data.
 
-    Parameters
-    ----------
-    function : callable
-        Its values at instants.
-    length : float
-        The travel time [unit of time].
-    breaks : list of float
-        Instants at which it may jump.
-    longest : float
-        The most that a piece spans.
+    ``function``: its values at instants; ``length``: the travel time [unit of time]; ``breaks``: instants at which it
+    may jump; ``longest``: the most that a piece spans.
 
     Raises
     ------
