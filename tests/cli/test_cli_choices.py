@@ -307,12 +307,12 @@ def test_a_block_is_given_once():
     ],
 )
 def test_where_a_limit_of_multipliers_is_looked_for(more, above, below, monkeypatch):
-    monkeypatch.setattr(kernel_limit, "multiplier_limit", lambda _block, **given: given)
-    found = loops._limit(bound(**more), None)
+    monkeypatch.setattr(kernel_limit, "multiplier_limit", lambda block, **given: {"block": block, **given})
+    found = loops._limit(bound(**more), "a plant")
     if above is None:
         assert found is None
     else:
-        assert (found["above"], found["below"], found["odd"], found["lower"]) == (above, below, False, 0)
+        assert found == {"block": "a plant", "above": above, "below": below, "odd": False, "lower": 0}
 
 
 @pytest.mark.parametrize(("limit", "said"), [(None, "No slope was found from which on"), ("From 9 on.", "From 9 on.")])

@@ -298,6 +298,7 @@ def test_what_is_a_question_about_several_channels(loop, given, several):
         ((OWN(sector=Sector(0, 1)),) * 2, False, ["sector, time-varying", "sector", "slope", "slope, odd"]),
         ((OWN(sector=Sector(0, 1), odd=True),) * 2, False, ["sector, time-varying", "sector", "sector", "slope"]),
         ((OWN.constant_gain(0, 1),) * 2, False, ["gain"]),
+        ((OWN.relu(),) * 2, False, ["ReLU"]),
         ((OWN.constant_gain(0, 1), OWN(**BOTH)), False, ["gain/sector, time-varying", "gain/sector", "gain/slope"]),
         (
             (OWN(**BOTH),) * 2,
@@ -312,6 +313,7 @@ def test_what_is_a_question_about_several_channels(loop, given, several):
 def test_the_kinds_that_are_asked_about(classes, repeated, found):
     asked = kinds.channel_kinds(two_lags(given=Diagonal(classes, repeated=repeated)))
     assert [kinds.kind_name(one.classes) for one in asked][: len(found)] == found
+    assert (len(asked) == 1) is (len(found) == 1)
     assert [one.kind for one in asked] == [
         "sector" if "sector" in kinds.kind_name(one.classes) else "slope" for one in asked
     ]

@@ -257,6 +257,7 @@ def test_a_rounded_number_of_a_counterexample_is_said_to_be_one(proof, said):
 def test_a_long_number_of_a_certificate_is_rounded_and_said_to_be():
     long = f"slope from 0 up to {2 * 10**300 + 1}/3 (about 6.67e+299), rates up to 1/3 (about 0.3)"
     assert wording.plain(long) == "slope from 0 up to about 6.66666667e+299, rates up to 1/3 (about 0.3)"
+    assert wording.plain("no motion comes to rest") == "no motion comes to rest"
     assert wording.plain(f"a gain of -{10**300 + 1}.") == "a gain of about -1e+300."
     below = f"up to {Fraction(4 - 2**-50)} (about 4)"  # not what a reader gave: 4 is no member
     assert wording.plain(below) == below

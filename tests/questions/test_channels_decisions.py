@@ -35,6 +35,7 @@ from lure.classes import Diagonal
 from lure.errors import Reason
 from lure.files.builtin import builtin_loop
 from lure.nonlinearities import Quantiser
+from lure.plants.delay_matrix import one_channel_of
 from lure.plants.frequency_data import FrequencyData
 
 PROVED, REFUTED, OPEN = Verdict.PROVED, Verdict.REFUTED, Verdict.INCONCLUSIVE
@@ -591,4 +592,7 @@ def test_a_loop_as_data():
     assert [each["name"] for each in several["channels"]] == ["channel 1", "channel 2"]
     assert (several["repeated"], "classes" in several, several["channels"][0]["law"]) == ([1, 1], True, None)
     assert "classes" not in table._loop(asking())
+    neutral = one_channel_of(as_plant("1/(s + 2 + s*exp(-s)/5)"))  # x'(t) + x'(t - 1)/5 = -2 x + mu
+    asked = Problem(plant=neutral, classes=Diagonal((OWN(sector=Sector(0, 1)),)), kind="class")
+    assert table._loop(asked)["block"]["matrices"]["rates"] == [[[["0"]], [["-1/5"]]]]
     assert "channels" not in one

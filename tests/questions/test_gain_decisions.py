@@ -350,3 +350,11 @@ def test_energy_is_infinite_where_nothing_shows_it():
             energy_bounds(plant, [Sector(0, 1)], {"Dsigmaw": [[1]], "Dzmu": [[1]]})
     with pytest.raises(InputError, match="which are not given"):
         energy_bounds(LAG, [Sector(0, 1)])
+
+
+# |z|^2 = z1^2 + z2^2 <= c with z = Cz x, x'P x <= weight: c > weight lambda_max(Cz P^-1 Cz') = 2, a double just above
+def test_the_bound_of_a_peak_of_two_outputs_is_no_larger_than_it_has_to_be():
+    one = [[F(1), F(0)], [F(0), F(1)]]
+    plant, classes = SimpleNamespace(C=[[F(9), F(9)], *one]), SimpleNamespace(performance=(None, None))
+    found = energy._constant(SimpleNamespace(plant=plant, classes=classes), one, F(2), F(1), peak=True)
+    assert 2 < found < 2 * (1 + 1e-6)
