@@ -386,9 +386,7 @@ def certification_of(found: Attempts, rows: list[StabilityBound]) -> Certificati
         return Certification(conclusion=undecided(problem, detail, code=code), detail=detail, failures=tuple(failures))
     if not failures:
         failures = [Failure(search="all", code=codes.NOT_APPLICABLE, detail="no criterion serves such a class")]
-    some = any(failure.code is codes.NO_MULTIPLIER for failure in failures)
-    told = [f for f in failures if not (some and f.code is codes.NOT_APPLICABLE)]
-    worst = min(reversed(told), key=lambda failure: codes.WORST.index(failure.code))
+    worst = min(reversed(failures), key=lambda failure: codes.WORST.index(failure.code))
     detail = f"{worst.search}: {worst.detail}"
     follows = undecided(problem, detail, code=worst.code)
     return Certification(conclusion=follows, detail=detail, failures=tuple(failures))
