@@ -275,18 +275,18 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
     alone = [row for row in shown if row.alone]
     if len(alone) > 1:
         at, below, above = ([getattr(row, name) for row in alone] for name in ("omega", "low", "high"))
-        axes.fill_between(at, below, above, color=BLUE, alpha=_SHADE, lw=0, label="between them interpolated")
+        axes.fill_between(at, below, above, color=BLUE, alpha=_SHADE, lw=0, label="interpolated between enclosures")
         label = "harmonic balance, computed"
         axes.plot(at, [row.computed for row in alone], "--", color=GREY, lw=1, label=label)
-    _bars(axes, alone, BLUE, "certified, from every start")
+    _bars(axes, alone, BLUE, "certified, approached by all")
     _bars(
         axes,
         [row for row in shown if not row.alone and row.attracts],
         VERMILLION,
-        "exists, and attracts what is near (computed)",
+        "exists (certified), attracts nearby (computed)",
     )
     rest = [row for row in shown if not row.alone and not row.attracts]
-    _bars(axes, rest, GREY, "exists, and does not attract (computed)")
+    _bars(axes, rest, GREY, "exists (certified), does not attract (computed)")
     others = [row for row in rows if row not in shown]
     if others:
         at = [row.omega for row in others]

@@ -304,7 +304,7 @@ def _plane(axes: Axes, found: Tolerances) -> None:
     labelled = False
     for margin in found.margins:
         if margin.proved is not None:
-            label = None if labelled else "every plant of it, certified"
+            label = None if labelled else "certified for every plant in it"
             axes.add_patch(_rectangle(margin.proved, facecolor=BLUE, alpha=0.35, lw=0, label=label))
             labelled = True
     points = [[float(v) for v in point] for point in map(_point, found.margins) if point is not None]

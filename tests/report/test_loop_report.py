@@ -16,7 +16,7 @@ from markupsafe import Markup
 from sketches import sketches
 
 from lure import DelayPlant, InputError, RationalPlant
-from lure.analysis import analyse, nyquist_response, popov_response
+from lure.analysis import analyse, max_sector, nyquist_response, popov_response
 from lure.analysis.graphical.axis import OnAxis
 from lure.analysis.plots.loops import plot_largest, plot_solutions
 from lure.analysis.report.loop import LoopReport, build_loop_report, figures, write_loop_report
@@ -35,6 +35,7 @@ from lure.analysis.report.loop.write import (
 from lure.analysis.verdict import Verdict
 from lure.files import parse_system
 from lure.files.builtin import builtin_loop
+from lure.plants.family import PlantFamily
 from lure.record import plain
 
 SCHEMA = json.loads(resources.files("lure.analysis.report").joinpath("schema.json").read_text("utf-8"))
@@ -437,6 +438,16 @@ def test_the_line_of_a_shifted_loop_is_that_of_the_shifted_class(reports):
     assert line.block == RationalPlant([12], [1, 2, 3])
     assert line.k == math.inf
     assert "φ(σ) − 0.5 σ" in spec.caption
+
+
+def test_the_line_of_many_plants_is_one_that_the_drawn_plant_keeps_from():
+    # 1/(s (s + 1)(s + a)), a in [1, 2]: up to the least a (a + 1) = 2; each box of plants has a multiplier
+    plants = PlantFamily.of_formula("1/(s*(s + 1)*(s + a))", {"a": (1, 2)})
+    row = max_sector(plants, criterion="popov")
+    problem = SimpleNamespace(block=plants, plant=plants, given=None)
+    (spec,) = figures._popov(SimpleNamespace(analysis=SimpleNamespace(problem=problem, rows=(row,))))
+    (line,) = spec.draw.args
+    assert (1 / line.k + line.values.real - line.theta * line.omega * line.values.imag).min() > 0
 
 
 # figures --------------------------------------------------------------------------------------------------------------

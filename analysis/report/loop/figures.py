@@ -45,7 +45,7 @@ _CHANNELS = "Simulated with {}: observed, no proof. This solution {} within {:.4
 _LAW = "The nonlinearity φ of the counterexample.{}"
 _ORBIT = "One period of the solution with that φ: it repeats for ever."
 
-Line = tuple[float, float, bool]
+Line = tuple[float, float | None, bool]
 """Upper end of a sector, multiplier [s], and whether the criterion proves the sector."""
 
 
@@ -116,7 +116,7 @@ def _popov(report: LoopReport) -> Iterator[FigureSpec]:
         drawn = shifted_states(block, Fraction(lower))
     omega, values = axis_values(drawn, None)
     x, y = values.real, omega * values.imag
-    if not proved:
+    if theta is None:  # nothing is proved, or of many plants, with a multiplier each
         seen = np.isfinite(x) & np.isfinite(y)
         seen &= np.abs(x) <= 50 * float(np.median(np.abs(x[seen])))  # not where the curve runs off at a pole
         theta = searched_theta(x[seen], y[seen], k - lower)
@@ -152,10 +152,10 @@ def _line(report: LoopReport, criterion: str) -> Line:
     for row in rows:
         for answer in row.answers:
             if answer.verdict is Verdict.PROVED and answer.criterion == criterion and answer.largest.low > lower:
-                return answer.largest.low, answer.theta or 0.0, True
+                return answer.largest.low, answer.theta, True
     ends = [] if asked is None else [float(asked.sector.upper)]
     ends += [row.refuted_at for row in rows if row.refuted_at is not None]
-    return next((end for end in ends if end > lower), lower + 1.0), 0.0, False
+    return next((end for end in ends if end > lower), lower + 1.0), None, False
 
 
 def _response(report: LoopReport) -> Iterator[FigureSpec]:
