@@ -1,14 +1,12 @@
 """Certificates about every plant of a box of parameters: both checkers, and what neither may accept."""
 
-import json
 from contextlib import nullcontext
 from fractions import Fraction
-from importlib import resources
 from itertools import product
 from math import comb, prod
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq_mat
 
 from lure.analysis.certificates import boxes
@@ -24,7 +22,6 @@ from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
 from tests.support.tampering import assert_both_reject, edited, refused_again
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SECOND = PlantFamily.of_coefficients(["b"], [1, 1, "a"], {"a": (1, 2), "b": (Fraction(1, 2), 1)})
 LAWS = {"sector": ["0", "3"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 LOWER, SECTOR, ALPHA = ("laws", "sector", 0), ("laws", "sector", 1), ("proof", "boxes", "multiplier", "alpha")
@@ -51,7 +48,7 @@ def proof():
 
 
 def test_both_accept_two_boxes_and_say_for_which_plants(proof):
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
+    FORMAT.validate(dict(proof))
     shown = check(dict(proof))
     assert isinstance(shown, Proved)
     assert "a in [1, 2], b in [1/2, 1]" in shown.claim
@@ -211,7 +208,7 @@ def test_a_refutation_names_one_plant_of_the_box():
     found = complete_and_check(refusal(family, ["1", "1"], "18"))
     assert isinstance(found, Refuted)
     assert found.facts["parameters"] == "a = 1, b = 1"
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(found.certificate))
+    FORMAT.validate(dict(found.certificate))
     assert recheck(found.certificate).accepted
     for path, value in (
         (("proof", "at"), ["1/2", "1"]),  # outside

@@ -1,12 +1,10 @@
 """Certificates about several channels and every plant of a box: both checkers, and what neither may accept."""
 
-import json
 from dataclasses import replace
 from fractions import Fraction
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq, fmpq_mat
 
 from lure import NonlinearityClass, Sector
@@ -21,7 +19,6 @@ from lure.classes import Diagonal
 from lure.plants.channel_family import ChannelFamily
 from tests.support.tampering import assert_both_reject, edited
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 BOX = {"a": (1, 2), "m": (Fraction(4, 5), Fraction(6, 5))}
 # m x' = -a x + mu: V = P x^2, sector [0, 1]
 FIRST = ChannelFamily.of_matrices([["-a/m"]], [["1/m"]], [[1]], None, BOX)
@@ -49,7 +46,7 @@ def proof():
 
 
 def test_both_accept_a_box_with_a_denominator_and_say_for_which_plants(proof):
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
+    FORMAT.validate(dict(proof))
     shown = check(dict(proof))
     assert isinstance(shown, Proved)
     assert shown.claim.endswith("for all constant a in [1, 2], m in [4/5, 6/5]")
@@ -185,7 +182,7 @@ def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
     assert 0.999 < found.gain.low < 1 < found.gain.high < 1.001
     high, low = found.certificates["high"], found.certificates["low"]
     for one in (high, low):
-        jsonschema.Draft202012Validator(SCHEMA).validate(dict(one))
+        FORMAT.validate(dict(one))
         assert recheck(one).accepted
     radius = Fraction(high["laws"]["channels"][1]["sector"][1])
     smaller = [str(v) for v in (-radius * Fraction(101, 100), radius * Fraction(101, 100))]

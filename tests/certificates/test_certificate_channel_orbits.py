@@ -3,11 +3,10 @@
 import copy
 import json
 from fractions import Fraction as F
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from depth import seldom
 from scipy.integrate import solve_ivp
 from tampering import assert_both_reject
@@ -20,7 +19,6 @@ from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_refutations import orbits_refuting
 from lure.analysis.questions.channels import channel_bound
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 # Fitts's plant s^2/(((s + b)^2 + .81)((s + b)^2 + 1.21)), b = .03, whose linear loop is stable for every k >= 0 and
 # which oscillates with steep saturations, and a lag that it meets weakly in both directions
 DENOMINATOR = ["0.98191881", "0.121308", "2.0254", "0.12"]
@@ -50,7 +48,7 @@ def test_both_checkers_accept_it_and_the_schema_knows_it(found):
     assert (certificate["verdict"], certificate["proof"]["method"]) == ("REFUTED", "flow-orbit")
     check(json.dumps(certificate))
     assert recheck(certificate).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     # odd, one channel alone: proved up to .6738, refuted from 1.4994 on; the lag adds little to either side
     assert 0.5 < factor < 1.7
     assert factor > 1.4 or not problem.odd

@@ -1,15 +1,13 @@
 """Certificates about several nonlinearities: what both checkers accept by hand, and what neither does."""
 
-import copy
 import json
 import random
 from fractions import Fraction as F
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from handwritten import nonlinearities
-from tampering import refused_again
+from tampering import changed, refused_again
 
 from lure.analysis.certificates import channels
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
@@ -17,9 +15,6 @@ from lure.analysis.certificates.checker import Proved, Refuted, check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.several import ONE_SOLUTION
-
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-
 
 # H = diag(1/(s + 1), 1/(s + 2)) with phi_1 in [-1/2, 1] and phi_2 in [0, 5]: with V = x_1^2 + 4 x_2^2 and lambda = 1
 # the form -V' - 2 sum lambda (phi - l x)(u x - phi) is, channel by channel,
@@ -95,16 +90,6 @@ COUNTER = {
 }
 
 
-def changed(draft, *path_and_value):
-    *path, last, value = path_and_value
-    found = copy.deepcopy(draft)
-    at = found
-    for key in path:
-        at = at[key]
-    at[last] = value
-    return found
-
-
 @pytest.mark.parametrize(
     "draft",
     [
@@ -117,7 +102,7 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(draft
     assert isinstance(shown, Proved)
     assert shown.claim.startswith("0 attracts every motion: channel 1: all")
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 @pytest.mark.parametrize(
@@ -133,7 +118,7 @@ def test_constant_gains_refute_for_both_checkers(gains, conclusion):
     assert isinstance(shown, Refuted)
     assert shown.certificate["conclusion"] == conclusion
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 def test_a_zero_eigenvalue_with_too_few_eigenvectors_moves():
@@ -177,7 +162,7 @@ def test_gains_that_jump_refute_for_both_checkers():
         shown.certificate["conclusion"] == "a loop of the class has a motion that does not converge to an equilibrium"
     )
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 # what is wrong: a gain outside, one that jumps where the class does not depend on time or is one constant gain,
@@ -282,7 +267,7 @@ def test_the_same_nonlinearity_in_some_of_the_channels():
     assert shown.certificate["hypotheses"]["class"].endswith("one nonlinearity in the channels 2 to 3")
     accepted = json.loads(json.dumps(dict(shown.certificate)))
     assert recheck(accepted).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(accepted)
+    FORMAT.validate(accepted)
     for path in (
         ("proof", "gains", ["-3", "0", "1"]),  # not one gain in the channels 2 and 3
         ("laws", "repeated", [2, 1]),  # of different classes

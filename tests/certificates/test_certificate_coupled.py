@@ -4,12 +4,11 @@ import json
 import math
 import random
 from fractions import Fraction as F
-from importlib import resources
 from itertools import product
 from typing import NamedTuple
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from depth import rarely
 from tampering import assert_both_reject, edited
 
@@ -29,7 +28,6 @@ from lure.analysis.questions.certify import ProofOptions
 from lure.classes import Diagonal
 from lure.plants.multivariable import MultivariablePlant
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 RELU = NonlinearityClass.relu()
 # A recurrent network (Vahedi Noori, Hu, Dullerud, Seiler 2024): x+ = A x + B w, w = max(C x, 0), here with mu = -w
 NETWORK = MultivariablePlant(
@@ -68,7 +66,7 @@ def network():
 
 def accepted_by_both(shown):
     certificate = json.loads(json.dumps(dict(shown.certificate)))
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     assert isinstance(check(certificate), Proved)
     assert recheck(certificate).accepted
     return certificate

@@ -1,12 +1,10 @@
 """Known dead times in several channels: certificates by hand, and what neither checker accepts."""
 
 import copy
-import json
 from functools import cache
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from late_loops import INTEGRATOR, LAG, NO, ONE, draft, late, sector
 from tampering import assert_both_reject, edited
 
@@ -16,9 +14,6 @@ from lure.analysis.certificates.channels import plant
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
-
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-
 
 CLASS = ("laws", "channels", 0)
 UNIT = [["1", "0"], ["0", "1"]]
@@ -263,7 +258,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     assert recheck(found).accepted, recheck(found).reason
     said = {"rest": "every motion converges to the set of equilibria"} | dict.fromkeys(
         ("circle", "popov", "both", "lower", "unknown", "back", "direct", "neutral", "echo", "phases"), ATTRACTS

@@ -1,14 +1,12 @@
 """Delays known by their bound: certificates by hand, what neither checker accepts, and random members."""
 
 import copy
-import json
 from fractions import Fraction as F
 from functools import cache
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates import frequencies
@@ -18,7 +16,6 @@ from lure.analysis.certificates.drafts import complete_and_check, contains
 from lure.analysis.certificates.second import delays
 from lure.analysis.certificates.second.opinion import recheck
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 INTEGRATOR = {"kind": "multivariable", "time": "continuous", "A": [["0"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}
 
 
@@ -119,7 +116,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     assert recheck(found).accepted
     assert "tau" in check(found).facts["class"]
 

@@ -8,14 +8,13 @@ import copy
 import json
 from contextlib import nullcontext
 from fractions import Fraction as F
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq, fmpq_mat
 from second_plants import assert_accepted_if, at
-from tampering import assert_both_reject, refused_again
+from tampering import assert_both_reject, changed, refused_again
 
 from lure import NonlinearityClass, as_plant, max_slope
 from lure.analysis.certificates import frequencies
@@ -27,7 +26,6 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import NotShown
 from lure.files.builtin import builtin_loop
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SYSTEM = {
     "kind": "multivariable",
     "time": "continuous",
@@ -114,23 +112,13 @@ def test_small_multipliers_prove_more_than_was_published(name):
     assert shown.assumed == ""
     assert shown.claim.startswith("0 attracts every motion: channel 1: all")
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 @pytest.mark.parametrize("name", KEPT)
 def test_they_prove_no_more_than_the_inequality_says(name):
     most = F(KEPT[name][3])
     assert_refused_by_both(name, draft(name, str(most * 9 / 8)))
-
-
-def changed(given, *path_and_value):
-    *path, last, value = path_and_value
-    found = copy.deepcopy(given)
-    at = found
-    for key in path:
-        at = at[key]
-    at[last] = value
-    return found
 
 
 KERNEL = ("multiplier", "kernels", 0)

@@ -1,13 +1,11 @@
 """Kernels beside integrators: a certificate by hand, what neither checker accepts, and both sides of a factor."""
 
 import copy
-import json
 from functools import cache
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, as_plant, max_slope
@@ -15,7 +13,6 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.inequality.kernels import Kernel
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SLOPE = {"sector": ["0", "1/2"], "slope": ["0", "1/2"], "odd": False, "time_varying": False, "linear": False}
 # H = R/s, R = (2, 1; 1, 2), W = 1/2, M = diag(5 - h, 4), h = 1/(1 + s): M(0) W R = 2 R, and (M - M(0))/s = diag(h, 0),
 # so that F = (5 - Re h + Re h, h/4; h*/4, 4), positive definite as |h| <= 1
@@ -50,7 +47,7 @@ def test_both_checkers_accept(side, order):
     kernel = PROVED["multiplier"]["kernels"][0] | {"side": side, "order": order}
     given = edited(certificate(), *KERNEL, value=kernel)
     found = dict(complete_and_check({key: given[key] for key in PROVED}).certificate)
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     assert recheck(found).accepted
     assert found["conclusion"] == "every motion converges to the set of equilibria"
 

@@ -1,21 +1,18 @@
 """Several nonlinearities and integrators: certificates by hand, and what neither checker accepts."""
 
-import copy
 import json
 import random
 from fractions import Fraction as F
-from importlib import resources
 
-import jsonschema
 import pytest
-from tampering import refused_again
+from certificate_format import FORMAT
+from tampering import changed, refused_again
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.second.opinion import recheck
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 CONVERGES, BOUNDED = "every motion converges to the set of equilibria", "every motion is bounded"
 
 
@@ -73,23 +70,13 @@ PROOFS |= {
 }
 
 
-def changed(draft, *path_and_value):
-    *path, last, value = path_and_value
-    found = copy.deepcopy(draft)
-    at = found
-    for key in path:
-        at = at[key]
-    at[last] = value
-    return found
-
-
 @pytest.mark.parametrize("name", PROOFS)
 def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name):
     shown = complete_and_check(PROOFS[name])
     accepted = json.loads(json.dumps(dict(shown.certificate)))
     assert shown.claim.startswith(CONVERGES)
     assert recheck(accepted).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(accepted)
+    FORMAT.validate(accepted)
     if "popov" not in name:
         varying = changed(
             PROOFS[name],

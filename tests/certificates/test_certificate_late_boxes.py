@@ -1,13 +1,11 @@
 """Certificates about plants with parameters and a dead time: both checkers, for every dead time of an interval."""
 
-import json
 from contextlib import nullcontext
 from fractions import Fraction
-from importlib import resources
 from math import pi
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq_poly
 
 from lure import max_sector
@@ -20,7 +18,6 @@ from lure.analysis.certificates.systems import system_of
 from lure.plants.family import PlantFamily
 from tests.support.tampering import assert_both_reject, edited
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 LAWS = {"sector": ["0", "3/4"], "slope": None, "odd": False, "time_varying": False, "linear": False}
 REST = PlantFamily.of_formula("exp(-T*s)/s", {"T": (1, 2)})
 SWING = PlantFamily.of_formula("exp(-T*s)/(s^2 + s/10 + 1)", {"T": (Fraction("1.2"), Fraction("1.95"))})
@@ -46,7 +43,7 @@ def proof():
 # exp(-T s)/s: x' = -k x(t - T) is stable for k T < pi/2.  Popov, with u = omega T: 1/k - T sin(u)/u + theta cos(u) has
 # at u = pi/2 the value 1/k - 2 T/pi and the slope 4 T/pi^2 - theta: for T = 2 theta = 8/pi^2 = .8106 reaches pi/4.
 def test_an_integrator_is_proved_up_to_the_largest_dead_time_and_no_farther(proof):
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
+    FORMAT.validate(dict(proof))
     assert recheck(proof).accepted
     assert proof["hypotheses"]["parameters"] == "for all constant T in [1, 2]"
     assert_both_reject(edited(proof, "laws", "sector", 1, value="786/1000"))
@@ -59,7 +56,7 @@ def test_the_search_finds_both_ends():
     assert pi / 4 * (1 - 1e-6) < found.largest.low < pi / 4 <= found.refuted_at < pi / 4 * (1 + 1e-6)
     assert found.refutation.facts["parameters"] == "T = 2"
     assert recheck(found.proof.certificate).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(found.refutation.certificate))
+    FORMAT.validate(dict(found.refutation.certificate))
     assert recheck(found.refutation.certificate).accepted
     assert_both_reject(edited(found.refutation.certificate, "proof", "at", 0, value="1"))
     assert_both_reject(edited(found.refutation.certificate, "proof", "at", 0, value="21/10"))

@@ -1,13 +1,11 @@
 """Gains that jump beside dead times: certificates by hand, what neither checker accepts, and what the search finds."""
 
-import json
 import math
 from fractions import Fraction
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from scipy import optimize
 from tampering import assert_both_reject, edited
 
@@ -21,7 +19,6 @@ from lure.analysis.export.coq import coq_text
 from lure.errors import InputError
 from lure.plants.delay_matrix import one_channel_of
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 ONE, NO = [["1"]], [["0"]]
 
 
@@ -122,7 +119,7 @@ def test_a_multiplier_by_hand_is_that_of_a_simulation():
 @pytest.mark.parametrize("draft", [TURNS, SPRING, SLOW, BESIDE], ids=["turns", "spring", "slow", "beside"])
 def test_both_checkers_accept_gains_that_jump_beside_dead_time(draft):
     shown = complete_and_check(draft)
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(shown.certificate))
+    FORMAT.validate(dict(shown.certificate))
     assert recheck(shown.certificate).accepted
     assert "changes its sign" in shown.facts["growth"]
     with pytest.raises(InputError):

@@ -4,11 +4,12 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
-from counterexamples import BIT, changed, checked, rejected
+from counterexamples import BIT, checked, rejected
 from hypothesis import given
 from hypothesis import strategies as st
 from plants import DISCRETE
 from plants import block as exact
+from tampering import edited
 
 from lure.analysis.certificates.checker import Refuted
 from lure.analysis.certificates.refutations import crossing_proof, refutation_draft, smallest_class
@@ -39,7 +40,7 @@ def test_a_linear_gain_refutes_from_the_limit_on_and_not_below(block, k):
         "linear": True,
     }
     assert isinstance(checked(draft), Refuted)
-    assert "stable" in rejected(changed(draft, "proof", "gain", to=str(k - BIT)))
+    assert "stable" in rejected(edited(draft, "proof", "gain", value=str(k - BIT)))
     wide = {**draft["laws"], "sector": ["0", "inf"], "slope": None, "odd": False, "linear": False}
     assert isinstance(checked(refutation_draft(block, linear_witness(block), wide)), Refuted)
 
@@ -48,14 +49,14 @@ def test_a_linear_gain_refutes_from_the_limit_on_and_not_below(block, k):
 def test_an_irrational_limit_is_enclosed_by_its_crossing():
     gains = (F("0.31236"), F("0.31238"))
     draft = refutation_draft(DISCRETE[3], linear_witness(DISCRETE[3]))
-    draft = changed(changed(draft, "laws", "sector", to=["0", "1"]), "laws", "slope", to=None)
+    draft = edited(edited(draft, "laws", "sector", value=["0", "1"]), "laws", "slope", value=None)
     draft["proof"] = crossing_proof(DISCRETE[3], gains)
     assert isinstance(checked(draft), Refuted)
     for moved in (gains[0] - F(1, 1000), gains[1] - F(1, 10**4)), (gains[0] + F(1, 10**4), gains[1] + F(1, 1000)):
-        assert "root" in rejected(changed(draft, "proof", "gains", to=[str(g) for g in moved]))
+        assert "root" in rejected(edited(draft, "proof", "gains", value=[str(g) for g in moved]))
         with pytest.raises(AssumptionError, match="axis"):
             crossing_proof(DISCRETE[3], moved)
-    assert "class" in rejected(changed(draft, "laws", "sector", to=["0", "3123/10000"]))
+    assert "class" in rejected(edited(draft, "laws", "sector", value=["0", "3123/10000"]))
 
 
 # d + g n = s^3 + (1 + e) s^2 + (1 + e) s + 1 + 2 e, e = g - 1: roots touch the axis at i for e = 0, stable beside it.
@@ -84,7 +85,7 @@ def test_a_limit_with_dead_time_is_accepted(text, omega, k):
     assert omega is None or low == pytest.approx(omega, rel=1e-9) == high
     assert k is None or float(F(draft["laws"]["sector"][1])) == pytest.approx(k, rel=1e-9)
     below = [str(F(limit.low) * (1 - BIT)), str(F(limit.low))]
-    assert "root" in rejected(changed(draft, "proof", "gains", to=below))
+    assert "root" in rejected(edited(draft, "proof", "gains", value=below))
 
 
 # s + 2 - g e^-s vanishes at 0 for g = 2; for g > 2 it is negative there and positive for large s: a root s > 0.
@@ -94,10 +95,10 @@ def test_a_gain_with_dead_time_is_refuted_by_a_root_on_the_positive_axis(sign):
     draft = refutation_draft(block, _dead_time_gain(block, Delayed.of(block).gains(), F(0)))
     assert draft["proof"] == {"method": "linear-gain", "gain": "2"}
     assert "equilibria other than 0" in checked(draft).claim
-    wide = changed(draft, "laws", "sector", to=["0", "3"])
+    wide = edited(draft, "laws", "sector", value=["0", "3"])
     wide["laws"]["slope"] = None
-    assert "does not converge" in checked(changed(wide, "proof", "gain", to=str(2 + BIT))).claim
-    assert "root" in rejected(changed(wide, "proof", "gain", to=str(2 - BIT)))
+    assert "does not converge" in checked(edited(wide, "proof", "gain", value=str(2 + BIT))).claim
+    assert "root" in rejected(edited(wide, "proof", "gain", value=str(2 - BIT)))
 
 
 # -1/(s (s + 1)) has a negative residue: every small gain destabilises; of the gain 0 it cannot be said in that class.
@@ -119,7 +120,7 @@ def test_an_equilibrium_refutes_nothing_in_the_critical_case():
     draft = refutation_draft(block, linear_witness(block), nonlinearities)
     draft["proof"] = {**point, "u": ["0"], "sigma": ["1"]}
     assert "equilibrium" in rejected(draft)
-    inside = changed(draft, "system", "denominator", to=["1", "1/2"])  # 3/2 sigma = u has no equilibrium for phi >= 0
+    inside = edited(draft, "system", "denominator", value=["1", "1/2"])  # 3/2 sigma = u has no equilibrium for phi >= 0
     assert rejected(inside)
 
 

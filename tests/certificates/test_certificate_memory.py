@@ -1,16 +1,14 @@
 """Play and stop operators: certificates by hand, what neither checker accepts, and the operators themselves."""
 
 import copy
-import json
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from importlib import resources
 from types import SimpleNamespace
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq, fmpq_mat
 from second_plants import PLAIN
 from second_plants import asked as as_asked
@@ -26,7 +24,6 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.files import find_system
 from lure.files.loop import loop_to_toml
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 PLAY, STOP = NonlinearityClass.hysteretic("play"), NonlinearityClass.hysteretic("stop")
 LAG = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1"]], "C": [["1"]], "D": [["0"]]}
 
@@ -83,7 +80,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     check(found)
     assert recheck(found).accepted
     assert found["conclusion"] == (CONVERGES if name in ("proved", "mixed") else MOVES)

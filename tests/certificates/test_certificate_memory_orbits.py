@@ -1,20 +1,16 @@
 """Periodic solutions with a play or a stop: found, enclosed by both checkers, and followed in floating point."""
 
-import json
 from fractions import Fraction
 from functools import cache
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, as_plant, certify, max_sector
 from lure.analysis.certificates.checker import MOVES, check
 from lure.analysis.certificates.second.opinion import recheck
-
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 
 
 @cache
@@ -32,7 +28,7 @@ def test_both_checkers_accept_the_orbit_found(kind, low, high):
     certificate = dict(shown.refutation.certificate)
     assert certificate["proof"]["method"] == "memory-orbit"
     assert certificate["conclusion"] == MOVES
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     check(certificate)
     assert recheck(certificate).accepted
     assert f"a {kind} of slope" in shown.witness.description

@@ -1,12 +1,10 @@
 """Parameters that change so that some solution grows: exact limits, one plant as an oracle, and tampering."""
 
-import json
 from fractions import Fraction
-from importlib import resources
 from math import inf
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from handwritten import nonlinearities
 from tampering import assert_both_reject, edited
 
@@ -16,7 +14,6 @@ from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.verdict import Verdict
 from lure.plants.channel_family import ChannelFamily
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 JUMPING, STILL = (NonlinearityClass(sector=Sector(0, 1), time_varying=jumps) for jumps in (True, False))
 HALF = Fraction(1, 2)
 
@@ -27,7 +24,7 @@ def spring(low, high, rate, damping="1", C=((1, 0),)):
 
 
 def accepted(certificate):
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(certificate))
+    FORMAT.validate(dict(certificate))
     assert recheck(certificate).accepted
     assert certificate["proof"]["method"] == "members"
     return certificate

@@ -3,10 +3,9 @@
 import json
 import random
 from fractions import Fraction as F
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from handwritten import draft, loop, nonlinearities, operator
 from tampering import assert_both_reject, edited
 
@@ -16,7 +15,6 @@ from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.drafts import complete_and_check, contains
 from lure.analysis.certificates.second.opinion import recheck
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 ATTRACTS, GAIN = "0 attracts every motion", "the L2 gain from w to z is at most gamma in every loop of the class"
 MOVES = "a loop of the class has a motion that does not converge to an equilibrium"
 UNLIMITED = "no L2 gain from w to z is finite for all loops of the class"
@@ -147,7 +145,7 @@ def test_a_proof_by_hand_is_accepted_by_both_checkers_and_keeps_the_schema(name)
     shown = complete_and_check(one)
     assert shown.certificate["conclusion"] == conclusion
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 @pytest.mark.parametrize(
@@ -164,7 +162,7 @@ def test_linear_members_refute_for_both_checkers(one, conclusion):
     shown = complete_and_check(one)
     assert shown.certificate["conclusion"] == conclusion
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(dict(shown.certificate))))
+    FORMAT.validate(json.loads(json.dumps(dict(shown.certificate))))
 
 
 def test_the_words_name_the_pole_and_the_frequency():

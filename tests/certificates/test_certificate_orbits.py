@@ -4,13 +4,14 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
-from counterexamples import BIT, changed, checked, rejected
+from counterexamples import BIT, checked, rejected
 from depth import rarely
 from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 from plants import DISCRETE
 from plants import block as exact
+from tampering import edited
 
 from lure.analysis.certificates.arithmetic import Malformed
 from lure.analysis.certificates.balls import exponential
@@ -100,7 +101,7 @@ def test_fitts_counterexample_with_a_saturation_is_accepted():
     assert draft["laws"]["slope"] == ["0", "100"]
     assert isinstance(checked(draft), Refuted)
     narrower = str(100 - BIT)
-    assert "class" in rejected(changed(draft, "laws", "slope", to=["0", narrower]))
+    assert "class" in rejected(edited(draft, "laws", "slope", value=["0", narrower]))
 
 
 def test_leonov_bragin_kuznetsov_orbit_is_accepted(flow):
@@ -155,18 +156,18 @@ def test_a_class_smaller_by_one_bit_is_not_refuted(flow, example_6):
     for draft in (flow, example_6):
         for name in ("sector", "slope"):
             low, high = (F(end) for end in draft["laws"][name])
-            assert isinstance(checked(changed(draft, "laws", name, to=[str(low), str(high + BIT)])), Refuted)
-            assert "class" in rejected(changed(draft, "laws", name, to=[str(low), str(high - BIT)]))
-            assert "class" in rejected(changed(draft, "laws", name, to=[str(low + BIT), str(high)]))
-        assert "class" in rejected(changed(draft, "laws", "linear", to=True))
+            assert isinstance(checked(edited(draft, "laws", name, value=[str(low), str(high + BIT)])), Refuted)
+            assert "class" in rejected(edited(draft, "laws", name, value=[str(low), str(high - BIT)]))
+            assert "class" in rejected(edited(draft, "laws", name, value=[str(low + BIT), str(high)]))
+        assert "class" in rejected(edited(draft, "laws", "linear", value=True))
 
 
 @pytest.mark.parametrize("entry", ["state", "durations"])
 def test_a_state_or_duration_may_miss_the_orbit_by_no_more_than_the_radius(flow, entry):
     radius, value = F(flow["proof"]["radius"]), F(flow["proof"][entry][0])
     inside, outside = str(value + radius / 2**20), str(value + 2 * radius)
-    assert isinstance(checked(changed(flow, "proof", entry, 0, to=inside)), Refuted)
-    assert "contraction" in rejected(changed(flow, "proof", entry, 0, to=outside))
+    assert isinstance(checked(edited(flow, "proof", entry, 0, value=inside)), Refuted)
+    assert "contraction" in rejected(edited(flow, "proof", entry, 0, value=outside))
 
 
 @pytest.mark.parametrize(
@@ -184,14 +185,14 @@ def test_a_state_or_duration_may_miss_the_orbit_by_no_more_than_the_radius(flow,
     ],
 )
 def test_a_flow_orbit_with_one_wrong_entry_is_rejected(flow, entry, value):
-    assert rejected(changed(flow, "proof", entry, to=value))
+    assert rejected(edited(flow, "proof", entry, value=value))
 
 
 def test_half_an_orbit_needs_an_odd_law(flow):
     nonlinearities = {**flow["laws"], "odd": False}
     assert isinstance(checked({**flow, "laws": nonlinearities}), Refuted)
     assert "odd" in rejected(
-        changed({**flow, "laws": nonlinearities}, "proof", "left", to="1/1000")
+        edited({**flow, "laws": nonlinearities}, "proof", "left", value="1/1000")
     )  # on a piece not in the half
 
 
@@ -207,18 +208,18 @@ def test_the_ball_of_an_exponential_holds_it(entries, bits):
 
 
 def test_an_orbit_of_another_block_is_rejected(flow):
-    assert "contraction" in rejected(changed(flow, "system", "numerator", 1, to=str(10 + F(1, 2**60))))
+    assert "contraction" in rejected(edited(flow, "system", "numerator", 1, value=str(10 + F(1, 2**60))))
 
 
 # Beyond half the orbit's peak the nonlinearity turns up again: closure and levels hold, but y does not stay on its
 # piece.
 def test_an_orbit_that_leaves_its_pieces_is_rejected(flow):
     slope = F(flow["laws"]["slope"][1])
-    turned = changed(flow, "proof", "points", to=[["-2", f"-{slope}"], *flow["proof"]["points"], ["2", str(slope)]])
+    turned = edited(flow, "proof", "points", value=[["-2", f"-{slope}"], *flow["proof"]["points"], ["2", str(slope)]])
     turned["proof"] |= {"left": str(slope), "right": str(slope), "pieces": [p + 1 for p in flow["proof"]["pieces"]]}
     assert "stay" in rejected(turned)
-    far = changed(turned, "proof", "points", 0, to=["-100", f"-{slope}"])
-    assert isinstance(checked(changed(far, "proof", "points", -1, to=["100", str(slope)])), Refuted)
+    far = edited(turned, "proof", "points", 0, value=["-100", f"-{slope}"])
+    assert isinstance(checked(edited(far, "proof", "points", -1, value=["100", str(slope)])), Refuted)
 
 
 @pytest.mark.parametrize(
@@ -242,7 +243,7 @@ def test_published_orbits_of_discrete_loops_are_accepted(plant, odd, period, k):
 def test_example_6_is_refuted_from_exactly_175_192_on(example_6):
     assert example_6["laws"]["slope"] == ["0", "175/192"]
     assert isinstance(checked(example_6), Refuted)
-    assert "class" in rejected(changed(example_6, "laws", "odd", to=True))
+    assert "class" in rejected(edited(example_6, "laws", "odd", value=True))
 
 
 def test_sector_orbits_claim_no_slope():
@@ -255,36 +256,36 @@ def test_sector_orbits_claim_no_slope():
 @pytest.mark.parametrize("sample", [0, 2])
 def test_an_orbit_with_one_sample_moved_is_rejected(example_6, entry, sample):
     value = F(example_6["proof"][entry][sample])
-    assert "sample" in rejected(changed(example_6, "proof", entry, sample, to=str(value + BIT)))
+    assert "sample" in rejected(edited(example_6, "proof", entry, sample, value=str(value + BIT)))
 
 
 def test_an_orbit_with_a_point_of_the_law_moved_is_rejected(example_6):
     for i, (x, w) in enumerate(example_6["proof"]["points"]):
-        assert rejected(changed(example_6, "proof", "points", i, to=[x, str(F(w) - BIT)]))
+        assert rejected(edited(example_6, "proof", "points", i, value=[x, str(F(w) - BIT)]))
 
 
 def test_the_orbit_at_rest_and_the_orbit_of_another_block_are_rejected(example_6):
-    rest = changed(changed(example_6, "proof", "u", to=["0"]), "proof", "sigma", to=["0"])
+    rest = edited(edited(example_6, "proof", "u", value=["0"]), "proof", "sigma", value=["0"])
     assert "vanishes" in rejected(rest)
-    assert "difference" in rejected(changed(example_6, "system", "numerator", 1, to="24/25"))
+    assert "difference" in rejected(edited(example_6, "system", "numerator", 1, value="24/25"))
 
 
 def test_switched_gains_are_accepted_and_need_laws_that_vary(switching):
     found = checked(switching)
     assert isinstance(found, Refuted)
     assert 4 < float(F(switching["laws"]["sector"][1])) < 8  # 1/(s+1)^3: circle criterion 4, every linear gain up to 8
-    assert "vary" in rejected(changed(switching, "laws", "time_varying", to=False))
+    assert "vary" in rejected(edited(switching, "laws", "time_varying", value=False))
     low, high = (F(end) for end in switching["laws"]["sector"])
-    assert "class" in rejected(changed(switching, "laws", "sector", to=[str(low), str(high - BIT)]))
+    assert "class" in rejected(edited(switching, "laws", "sector", value=[str(low), str(high - BIT)]))
 
 
 def test_switched_gains_that_do_not_grow_are_rejected(switching):
     m = switching["proof"]["squarings"]
-    assert "growth" in rejected(changed(switching, "proof", "squarings", to=m - 1))
+    assert "growth" in rejected(edited(switching, "proof", "squarings", value=m - 1))
     calm = [str(F(g) / 2) for g in switching["proof"]["gains"]]  # inside the circle criterion's sector [0, 4)
-    assert "growth" in rejected(changed(switching, "proof", "gains", to=calm))
+    assert "growth" in rejected(edited(switching, "proof", "gains", value=calm))
     stretched = [str(F(t) * F(21, 20)) for t in switching["proof"]["times"]]
-    assert "growth" in rejected(changed(switching, "proof", "times", to=stretched))
+    assert "growth" in rejected(edited(switching, "proof", "times", value=stretched))
 
 
 @pytest.mark.slow

@@ -2,13 +2,13 @@
 
 import copy
 import json
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from flint import fmpq, fmpq_mat
 from handwritten import nonlinearities
 from second_plants import assert_accepted_if, at
+from tampering import changed
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import Proved, Refuted, check
@@ -18,9 +18,6 @@ from lure.analysis.certificates.second import parts as second
 from lure.analysis.certificates.second.numerics import from_descending
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import Document, NotShown, numbers
-
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-
 
 # three loops, the states of the second around those of the first: diag(1/(s + 1), 1/(s + 2)), 1/(s (s + 1)) and
 # (s + 3)/(s + 1), of the states (1, 4), (2, 3) and 5 and of the channels (1, 3), 2 and 4
@@ -161,21 +158,11 @@ TURNED["system"]["B"][3] = ["1", "0", "1", "0"]
 TURNED["system"]["C"][2] = ["-1", "0", "0", "1", "0"]
 
 
-def changed(draft, *path_and_value):
-    *path, last, value = path_and_value
-    found = copy.deepcopy(draft)
-    at = found
-    for key in path:
-        at = at[key]
-    at[last] = value
-    return found
-
-
 def both(draft):
     """What both checkers say of a draft; the certificate keeps the schema, and is read again as it was."""
     shown = complete_and_check(draft)
     certificate = json.loads(json.dumps(dict(shown.certificate)))
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     assert check(certificate) == shown
     opinion = recheck(certificate)
     assert opinion.accepted, opinion.reason

@@ -1,12 +1,11 @@
 """One gain, or one scalar operator, in several channels: Hermitian multipliers by hand, falsified and tampered with."""
 
 from fractions import Fraction as F
-from importlib import resources
 from json import dumps, loads
 
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates import frequencies
@@ -16,7 +15,6 @@ from lure.analysis.certificates.second.frequencies import read_multiplier
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.certificates.second.reading import NotShown
 
-SCHEMA = loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SCALAR = "scalar linear time-invariant"
 
 
@@ -73,7 +71,7 @@ PASSES = {k: v for k, v in draft(TURN, [operator("3/2")] * 2, [], []).items() if
 def test_what_is_derived_by_hand_is_accepted_by_both_checkers(made):
     shown = complete_and_check(made)
     assert recheck(dict(shown.certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(loads(dumps(dict(shown.certificate))))
+    FORMAT.validate(loads(dumps(dict(shown.certificate))))
 
 
 TAMPERED = [

@@ -3,10 +3,9 @@
 import json
 from fractions import Fraction
 from functools import cache
-from importlib import resources
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from depth import rarely
 from tampering import assert_both_reject, edited
 
@@ -19,7 +18,6 @@ from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_refutations import orbits_refuting
 from lure.analysis.wording import counterexample
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 SIX = "(2*z+0.92)/(z^2-0.5*z)"  # with slopes in [0, k] an orbit of three samples exists from k = 175/192 on, exactly
 SLOPE = NonlinearityClass.slope_restricted(0, 1)
 PLANTS = {
@@ -44,7 +42,7 @@ def test_both_checkers_accept_the_orbit_found(name):
     assert 0 <= float(alpha) - (0.89768 if name == "coupled" else 175 / 192) < (2e-5 if name == "coupled" else 1e-9)
     assert certificate["proof"]["method"] == "sampled-orbit"
     assert certificate["conclusion"] == MOVES
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     check(certificate)
     assert recheck(certificate).accepted
     assert "period 3 samples" in counterexample(shown)
@@ -158,7 +156,7 @@ def test_an_equilibrium_refutes_one_nonlinearity_in_two_channels_where_no_gain_d
     assert float(alpha) == pytest.approx(1 if odd else 0.5, rel=1e-8)
     certificate = dict(shown.certificate)
     assert certificate["conclusion"] == OTHERS
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     check(certificate)
     assert recheck(certificate).accepted
 

@@ -1,18 +1,15 @@
 """The published schema of certificates: generated ones keep it, others do not, and it says what the note says."""
 
-import json
 import re
-from importlib import resources
 from pathlib import Path
 
 import jsonschema
 import pytest
+from certificate_format import FORMAT, SCHEMA
 
 from lure import NonlinearityClass, RationalPlant, Sector
 from lure.analysis.questions.certify import ProofOptions, certify
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
-CHECK = jsonschema.Draft202012Validator(SCHEMA)
 NOTE = (Path(__file__).parents[2] / "notebooks" / "notes" / "0008-certificates.md").read_text("utf-8")
 
 
@@ -103,7 +100,7 @@ ROD = {"kind": "rod", "E": "1", "rho": "1", "L": "1", "A": "1", "k": "-1"}
     ],
 )
 def test_what_the_format_allows_keeps_the_schema(proof, change):
-    assert [error.message for error in CHECK.iter_errors({**proof, **change})] == []
+    assert [error.message for error in FORMAT.iter_errors({**proof, **change})] == []
 
 
 @pytest.mark.parametrize(
@@ -153,9 +150,9 @@ def test_what_the_format_allows_keeps_the_schema(proof, change):
     ],
 )
 def test_what_the_format_forbids_breaks_the_schema(proof, change):
-    assert not CHECK.is_valid({**proof, **change})
+    assert not FORMAT.is_valid({**proof, **change})
 
 
 def test_every_key_is_needed(proof):
     for key in proof:
-        assert not CHECK.is_valid({other: value for other, value in proof.items() if other != key})
+        assert not FORMAT.is_valid({other: value for other, value in proof.items() if other != key})

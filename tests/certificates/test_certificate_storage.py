@@ -4,13 +4,12 @@ import copy
 import json
 from fractions import Fraction
 from functools import cache
-from importlib import resources
 from itertools import pairwise
 
 import control
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from tampering import assert_both_reject, edited
 
 from lure import NonlinearityClass, Sector, as_plant, max_sector
@@ -22,7 +21,6 @@ from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.memory import storages, with_storage
 from lure.analysis.certificates.second.opinion import recheck
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 PLAY, STOP = NonlinearityClass.hysteretic("play"), NonlinearityClass.hysteretic("stop")
 CONVERGES = "every motion converges to the set of equilibria"
 GAIN = "the L2 gain from w to z is at most gamma in every loop of the class"
@@ -97,7 +95,7 @@ def certificate(name):
 @pytest.mark.parametrize("name", [*ALL, "gain"])
 def test_both_checkers_accept(name):
     found = certificate(name)
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     check(found)
     assert recheck(found).accepted
     assert found["conclusion"] == {"gain": GAIN, "exceeded": EXCEEDED}.get(name, CONVERGES)
@@ -301,7 +299,7 @@ def test_a_stop_moves_an_integrator():
     assert found.criterion == "storage-circle"
     assert 5.99 < found.largest.low < 6 < found.refuted_at < 6.02
     certificate = found.proof.certificate
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(certificate))
+    FORMAT.validate(dict(certificate))
     assert certificate["conclusion"] == CONVERGES
     assert recheck(certificate).accepted
     play = max_sector(as_plant("1/(s*(s+1)*(s+2))"), [PLAY])  # sigma, which a play needs, is no function of y
@@ -382,7 +380,7 @@ def test_a_stop_in_discrete_time_is_proved_as_far_as_gains_are_stable(sampled):
     assert np.abs(z).max() == pytest.approx(1, abs=1e-6)
     assert LIMIT * (1 - 1e-4) < sampled.largest.low < LIMIT
     certificate = json.loads(json.dumps(dict(sampled.proof.certificate)))
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
     assert certificate["theorem"] == "storage-circle"
     assert certificate["conclusion"] == CONVERGES
     assert recheck(certificate).accepted

@@ -1,13 +1,11 @@
 """Plants whose parameters change with time, at any speed or slowly: exact limits, and what no checker may accept."""
 
-import json
 from fractions import Fraction
 from functools import cache
-from importlib import resources
 from math import inf
 
-import jsonschema
 import pytest
+from certificate_format import FORMAT
 from depth import sampled
 
 from lure import NonlinearityClass, Sector, max_sector
@@ -21,7 +19,6 @@ from lure.files.reading import parse_system
 from lure.plants.channel_family import ChannelFamily
 from tests.support.tampering import assert_both_reject, edited
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 KIND = NonlinearityClass(sector=Sector(0, 1), time_varying=True)
 LAWS = {"slope": None, "odd": False, "time_varying": False, "linear": False}
 FILE = """
@@ -56,7 +53,7 @@ def test_one_quadratic_function_serves_up_to_the_circle_criterion_of_both(larges
     assert 2 * (1 - 2e-4) < free < 2 < middle < slow < 3
     assert slow > 2.98
     for found in map(largest, (inf, 1, Fraction(1, 100))):
-        jsonschema.Draft202012Validator(SCHEMA).validate(dict(found.proof.certificate))
+        FORMAT.validate(dict(found.proof.certificate))
         assert recheck(found.proof.certificate).accepted
     assert "every a in [1, 2] that changes at any speed" in str(largest(inf))
     assert "a in [1, 2] (by at most 1/100 in a unit of time)" in largest(Fraction(1, 100)).proof.claim
@@ -155,7 +152,7 @@ def test_gains_and_rates_where_a_parameter_jumps_are_those_of_a_gain_that_does(l
     assert "a in [1, 2] that changes by at most 1 in a unit of time" in str(gains[1,])
     for found in (gains[inf,], gains[1,], rates[inf,], rates[1,]):
         for one in found.certificates.values():
-            jsonschema.Draft202012Validator(SCHEMA).validate(dict(one))
+            FORMAT.validate(dict(one))
             assert recheck(one).accepted
     gain, rate = gains[1,].certificates["high"], rates[1,].certificates["low"]
     faster = Fraction(rate["rate"]) + Fraction(1, 100)

@@ -5,14 +5,13 @@ import math
 from dataclasses import replace
 from fractions import Fraction as F
 from functools import cache
-from importlib import resources
 from itertools import pairwise
 from types import SimpleNamespace
 
 import depth
-import jsonschema
 import numpy as np
 import pytest
+from certificate_format import FORMAT
 from flint import arb_mat, fmpq, fmpq_mat
 from scipy.linalg import expm
 from tampering import assert_both_reject, edited
@@ -30,7 +29,6 @@ from lure.analysis.questions import channel_members
 from lure.analysis.questions.channel_members import members_refuting
 from lure.analysis.questions.gain import gain_problem
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 RELU = NonlinearityClass.relu()
 OSCILLATOR = ([[0, 1], [-1, F(-1, 2)]], [[0], [1]], [[1, 0]], 0)
 PUSHED = {"Bw": [[0], [1]], "Cz": [[1, 0]]}
@@ -63,7 +61,7 @@ def test_a_disturbance_in_continuous_time_is_accepted_twice():
     assert {tuple(at) for at in certificate["proof"]["sides"]} == {(0,), (1,)}
     assert type(check(json.dumps(certificate))).__name__ == "Refuted"
     assert recheck(json.dumps(certificate)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(certificate)
+    FORMAT.validate(certificate)
 
 
 # An independent simulation of the signal, each step cut into four of Runge and Kutta's method, has the energy claimed.
@@ -230,7 +228,7 @@ def test_gains_that_jump_get_more_through_a_sector_in_samples():
     assert 2.769 < low < 2.8262
     check(json.dumps(good))
     assert recheck(json.dumps(good)).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(good)
+    FORMAT.validate(good)
     for change in ({"slope": ["-1/4", "1/4"]}, {"linear": True}, {"sector": ["-1/8", "1/4"]}):
         assert_both_reject(edited(good, "laws", "channels", 0, value=lambda one, change=change: one | change))
     assert_both_reject(edited(good, "proof", "slopes", 0, value=lambda rows: rows[:-1]))

@@ -1,10 +1,8 @@
 """Regions of attraction: exact with one state; ellipsoids that both checkers accept, and nothing that leaves them."""
 
-import copy
 import json
 import math
 from fractions import Fraction
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -39,7 +37,6 @@ TWO = MultivariablePlant(
     rows(A), rows([[5, 0], [0, 1]]), rows([[0.7283, 0.0338], [0.0135, 1.3583]]), rows([[0, 0]] * 2)
 )
 LIMITS = [Saturation(limit=5), Saturation(limit=2)]
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 # x' = y, y' = x - sat(3 x + 4 y): a saddle that is held near 0.
 SADDLE = as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0))
 
@@ -204,10 +201,10 @@ def test_one_unstable_mode_of_a_saddle_is_bounded_by_its_left_eigenvector(saddle
     assert np.allclose(np.array(beyond.Q, dtype=float), 1, atol=1e-3)
     weights = beyond.proof.certificate["proof"]["weights"]
     for bad in (
-        changed(beyond.proof.certificate, "proof", "weights", 0, to=str(2 * Fraction(weights[0]))),
-        changed(beyond.proof.certificate, "proof", "rate", to="3"),
-        changed(beyond.proof.certificate, "proof", "Q", 0, 0, to="2"),
-        changed(beyond.proof.certificate, "proof", "Q", 1, 1, to="4"),
+        edited(beyond.proof.certificate, "proof", "weights", 0, value=str(2 * Fraction(weights[0]))),
+        edited(beyond.proof.certificate, "proof", "rate", value="3"),
+        edited(beyond.proof.certificate, "proof", "Q", 0, 0, value="2"),
+        edited(beyond.proof.certificate, "proof", "Q", 1, 1, value="4"),
     ):
         assert accepted(bad) == (False, False)
 
@@ -232,16 +229,16 @@ def test_integrals_make_a_set_larger_and_both_checkers_accept_it():
     assert accepted(good) == (True, True)
     for i, entry in enumerate(good["proof"]["integrals"]):
         at = ("proof", "integrals", i)
-        assert accepted(changed(good, *at, "theta", to="0")) == (False, False)
-        assert accepted(changed(good, *at, "least", to=str(Fraction(entry["least"]) * Fraction(101, 100)))) == (
+        assert accepted(edited(good, *at, "theta", value="0")) == (False, False)
+        assert accepted(edited(good, *at, "least", value=str(Fraction(entry["least"]) * Fraction(101, 100)))) == (
             False,
             False,
         )
-        assert accepted(changed(good, *at, "reach", to=str(Fraction(entry["reach"]) * Fraction(9, 10)))) == (
+        assert accepted(edited(good, *at, "reach", value=str(Fraction(entry["reach"]) * Fraction(9, 10)))) == (
             False,
             False,
         )
-    assert accepted(changed(good, "system", "time", to="discrete")) == (False, False)
+    assert accepted(edited(good, "system", "time", value="discrete")) == (False, False)
     starts = np.array([x for x in boundary(ellipse.P, 400, 5) * 1.02 if level.contains(x) and not ellipse.contains(x)])
     assert len(starts) > 20
     assert np.abs(simulated(TWO, LIMITS, starts)).max() < 1e-3 * np.abs(starts).max()
@@ -302,38 +299,28 @@ def test_a_dead_zone_that_does_not_hold_an_unstable_plant():
     assert region(([1], [1, -1]), DeadZone(width=1, gain=3)).sets == ()
 
 
-def changed(certificate, *path, to):
-    """A copy with one entry changed."""
-    found = copy.deepcopy(dict(certificate))
-    at = found
-    for key in path[:-1]:
-        at = at[key]
-    at[path[-1]] = to
-    return found
-
-
 def test_a_changed_digit_class_or_sign_is_refused_by_both(square, saddle):
     good = square.sets[0].proof.certificate
     P, term = good["proof"]["P"], good["multiplier"]["terms"][0]
     for bad in (
-        changed(good, "proof", "P", 0, 0, to=str(Fraction(P[0][0]) / 2)),  # leaves a strip
-        changed(good, "proof", "P", 1, 1, to=str(-Fraction(P[1][1]))),
-        changed(good, "multiplier", "terms", 0, "weight", to=str(-Fraction(term["weight"]))),
-        changed(good, "multiplier", "terms", 0, "row", 0, to=str(2 * Fraction(term["row"][0]))),
-        changed(good, "multiplier", "terms", 0, "channel", to=2),
-        changed(good, "laws", "graphs", 0, "cuts", to=["-4", "4"]),  # jumps
-        changed(good, "system", "A", 0, 0, to="3"),
-        changed(good, "system", "time", to="discrete"),
-        changed(good, "theorem", to="diagonal-circle"),
-        changed(good, "verdict", to="REFUTED"),
-        changed(good, "laws", "graphs", 0, to={"kind": "sector", "sector": ["0", "1"], "reach": "5"}),
+        edited(good, "proof", "P", 0, 0, value=str(Fraction(P[0][0]) / 2)),  # leaves a strip
+        edited(good, "proof", "P", 1, 1, value=str(-Fraction(P[1][1]))),
+        edited(good, "multiplier", "terms", 0, "weight", value=str(-Fraction(term["weight"]))),
+        edited(good, "multiplier", "terms", 0, "row", 0, value=str(2 * Fraction(term["row"][0]))),
+        edited(good, "multiplier", "terms", 0, "channel", value=2),
+        edited(good, "laws", "graphs", 0, "cuts", value=["-4", "4"]),  # jumps
+        edited(good, "system", "A", 0, 0, value="3"),
+        edited(good, "system", "time", value="discrete"),
+        edited(good, "theorem", value="diagonal-circle"),
+        edited(good, "verdict", value="REFUTED"),
+        edited(good, "laws", "graphs", 0, value={"kind": "sector", "sector": ["0", "1"], "reach": "5"}),
     ):
         assert accepted(bad) == (False, False), bad
-    assert_both_reject(changed(good, "conclusion", to="0 attracts every motion"), stored=True)
+    assert_both_reject(edited(good, "conclusion", value="0 attracts every motion"), stored=True)
     exact = region(([1], [1, -1]), Saturation(gain=2, limit=1))
     inner, outer = (one.proof.certificate for one in (exact.sets[0], exact.outside[0]))
     for one, interval in ((inner, ["-1", "101/100"]), (outer, ["-1", "99/100"]), (inner, ["1", "-1"])):
-        bad = changed(one, "proof", "interval", to=interval)
+        bad = edited(one, "proof", "interval", value=interval)
         bad["conclusion"] = (
             bad["conclusion"].replace("and 1 ", f"and {interval[1]} ").replace("or 1 ", f"or {interval[1]} ")
         )
@@ -346,9 +333,9 @@ def test_a_sector_of_an_interval_is_checked_on_the_interval():
     term = good["multiplier"]["terms"][0]
     assert accepted(good) == (True, True)
     larger = str(Fraction(term["reach"]) * 2)  # -sigma^2 is below l there
-    assert accepted(changed(good, "multiplier", "terms", 0, "reach", to=larger)) == (False, False)
+    assert accepted(edited(good, "multiplier", "terms", 0, "reach", value=larger)) == (False, False)
     upper = str(Fraction(-1, 1000))  # the chord tends to 0 at 0
-    assert accepted(changed(good, "multiplier", "terms", 0, "sector", 1, to=upper)) == (False, False)
+    assert accepted(edited(good, "multiplier", "terms", 0, "sector", 1, value=upper)) == (False, False)
 
 
 FILE = """
@@ -410,13 +397,13 @@ def test_a_class_that_holds_on_an_interval_is_used_on_it_alone():
     assert 0.999 < found.area[0] / 2 < 1
     good = found.sets[0].proof.certificate
     assert accepted(good) == (True, True)
-    assert accepted(changed(good, "laws", "graphs", 0, "reach", to="1/2")) == (False, False)
-    assert accepted(changed(good, "laws", "graphs", 0, "sector", to=["1", "3"])) == (False, False)
-    assert accepted(changed(good, "multiplier", "terms", to=[])) == (False, False)
+    assert accepted(edited(good, "laws", "graphs", 0, "reach", value="1/2")) == (False, False)
+    assert accepted(edited(good, "laws", "graphs", 0, "sector", value=["1", "3"])) == (False, False)
+    assert accepted(edited(good, "multiplier", "terms", value=[])) == (False, False)
     # x+ = 3/2 x - phi: of a gain 3 it is -3/2 x
     sampled = region(as_plant("1/(z - 3/2)", dt=1), LocalSector(1, 2, 1)).sets[0].proof.certificate
     assert accepted(sampled) == (True, True)
-    assert accepted(changed(sampled, "laws", "graphs", 0, "sector", to=["1", "3"])) == (False, False)
+    assert accepted(edited(sampled, "laws", "graphs", 0, "sector", value=["1", "3"])) == (False, False)
     assert found.plot(ax=Figure().add_subplot()).get_xlabel() == "state"
     assert region(plant, LocalSector("1/2", 3, 1)).sets == ()
     with pytest.raises(InputError, match="two bounds in order"):

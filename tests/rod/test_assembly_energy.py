@@ -1,6 +1,5 @@
 """Rods with several contacts themselves: the energy theorem's certificate, what neither checker accepts, one motion."""
 
-import copy
 import json
 from dataclasses import replace
 from fractions import Fraction as F
@@ -10,8 +9,9 @@ import jsonschema
 import numpy as np
 import pytest
 import xarray
+from certificate_format import FORMAT
 from matplotlib.figure import Figure
-from tampering import assert_both_reject, refused_again
+from tampering import assert_both_reject, changed, refused_again
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
@@ -26,7 +26,6 @@ from lure.rod.assembly import RodAssembly
 from lure.rod.assembly_file import assembly_loop
 from lure.rod.assembly_motion import AssemblyMotion
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 QUIET = "every motion of finite energy comes to rest, and the pressure of every contact is square integrable"
 RESTS = "every motion of finite energy comes to rest, and the pressure of every contact tends to 0"
 
@@ -54,17 +53,7 @@ def test_rods_come_to_rest_by_both_checkers(name):
     found = accepted(name)
     assert found["conclusion"] == RESTS
     assert recheck(found).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
-
-
-def changed(draft, *path_and_value):
-    *path, last, value = path_and_value
-    found = copy.deepcopy(draft)
-    at = found
-    for key in path:
-        at = at[key]
-    at[last] = value
-    return found
+    FORMAT.validate(found)
 
 
 PULLS = {"sector": ["-1", "inf"], "slope": None, "odd": False, "time_varying": False, "linear": False}
@@ -108,7 +97,7 @@ def test_rods_come_to_rest_under_pressures_that_change_with_time(name):
     assert found["conclusion"] == QUIET
     assert all(one["time_varying"] for one in found["laws"]["channels"])
     assert recheck(found).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(found)
+    FORMAT.validate(found)
     keys = ("verdict", "numbers", "system", "laws", "theorem", "multiplier", "proof")
     draft = {key: found[key] for key in keys}  # without findings, which a changed bound would contradict at once
     assert isinstance(checked(draft), Proved)

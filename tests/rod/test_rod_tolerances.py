@@ -7,6 +7,7 @@ from itertools import product
 
 import jsonschema
 import pytest
+from certificate_format import FORMAT
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import check
@@ -27,7 +28,6 @@ from lure.rod.file import system_to_toml
 from lure.rod.systems import paper_rod
 from tests.support.tampering import assert_both_reject, edited
 
-SCHEMA = json.loads(resources.files("lure.analysis.certificates").joinpath("schema.json").read_text("utf-8"))
 STEEL = """
 [rod]
 youngs_modulus = [200e9, 220e9]
@@ -58,7 +58,7 @@ def proof():
 
 
 def test_the_energy_theorem_is_about_every_rod_and_every_scheme(proof):
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(proof))
+    FORMAT.validate(dict(proof))
     assert recheck(proof).accepted
     assert "E in [200000000000, 220000000000]" in check(dict(proof)).claim
     assert "k in [900, 1100]" in check(dict(proof)).claim
@@ -96,7 +96,7 @@ def test_neither_accepts_a_change(proof, path, value):
 def test_one_rod_that_drives_refutes_and_a_damping_that_may_be_0_is_open():
     refuted = certify(changed("[900, 1100]", "[-100, 1100]"))
     assert refuted.verdict is Verdict.REFUTED
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(refuted.certificate))
+    FORMAT.validate(dict(refuted.certificate))
     assert recheck(refuted.certificate).accepted
     for at in (["210000000000", "7850", "1", "1/10000", "100"], ["210000000000", "7850", "1", "1/10000", "-101"]):
         assert_both_reject(edited(refuted.certificate, "proof", "at", value=at))
@@ -116,7 +116,7 @@ def test_the_stiffest_contact_is_that_of_the_worst_corner():
     K = Fraction(shown.certificate["laws"]["sector"][1])
     assert least * (1 - Fraction(1, 10**11)) < K < least
     assert recheck(shown.certificate).accepted
-    jsonschema.Draft202012Validator(SCHEMA).validate(dict(shown.certificate))
+    FORMAT.validate(dict(shown.certificate))
     assert_both_reject(edited(shown.certificate, "laws", "sector", 1, value=str(least)))
     assert "any positive number" in margins(family)
 

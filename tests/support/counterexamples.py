@@ -1,6 +1,5 @@
 """What the tests of refuting certificates share: published counterexamples, drafts, and one entry changed."""
 
-import copy
 from fractions import Fraction as F
 
 import pytest
@@ -20,13 +19,3 @@ def rejected(draft):
     with pytest.raises(Rejected) as reason:
         checked(draft)
     return str(reason.value)
-
-
-def changed(draft, *path, to):
-    """A copy with one entry replaced."""
-    other = copy.deepcopy(draft)
-    place = other
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = to
-    return other

@@ -24,6 +24,12 @@ def edited(certificate, *path, value):
     return found
 
 
+def changed(certificate, *path_and_value):
+    """As :func:`edited`; the value stands after the path."""
+    *path, value = path_and_value
+    return edited(certificate, *path, value=value)
+
+
 def assert_both_reject(certificate, *, stored=False):
     """Neither checker accepts it: the first not even as a draft, whose stored findings do not count.
 
