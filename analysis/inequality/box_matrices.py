@@ -9,12 +9,12 @@ programme.  Nothing here is believed: a checker decides with rational numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from itertools import product
 from math import comb, inf, prod
 from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import decimals, places, triangle, triangle_texts
 from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
 from lure.arrays import Reals, balanced, np
 from lure.plants.channel_family import ChannelFamily
@@ -36,13 +36,10 @@ class Found(NamedTuple):
     def entry(self, *, popov: bool) -> dict[str, Any]:
         """As they stand in a certificate; ``popov``: whether the theorem has ``theta``."""
         smallest = float(np.abs(np.diag(self.P[0])).min())
-        exponent = max(0, _BITS - int(np.floor(np.log2(max(smallest, 1e-300)))))
-        rows = [
-            [[str(round(Fraction(float(Q[i, j])) * 2**exponent)) for j in range(i + 1)] for i in range(len(Q))]
-            for Q in self.P
-        ]
-        found = {"lambda": [str(Fraction(f"{max(v, 0.0):.12g}")) for v in self.weights], "P": rows}
-        turned = {"theta": [str(Fraction(f"{v:.12g}")) for v in self.theta]} if popov else {}
+        exponent = places(smallest, _BITS)
+        rows = [triangle_texts(triangle(Q, exponent)) for Q in self.P]
+        found = {"lambda": [*map(str, decimals(max(v, 0.0) for v in self.weights))], "P": rows}
+        turned = {"theta": [*map(str, decimals(self.theta))]} if popov else {}
         return {**found, **turned, "exponent": exponent}
 
 

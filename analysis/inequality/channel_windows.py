@@ -19,6 +19,7 @@ from lure.analysis.certificates.states import order_positive
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.order_cones import OrderCones
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
+from lure.analysis.numerics.doubles import matrix_proof, triangle_texts
 from lure.arrays import NDArray, Reals, linalg, np, optimize
 from lure.record import described, quantity
 
@@ -179,16 +180,13 @@ class ChannelWindows(ShiftedLoop):
                     break
         if len(exact) < len(forms):
             return
-        windows = [[[str(v) for v in row[: i + 1]] for i, row in enumerate(M)] for M in exact]
+        windows = [triangle_texts(M) for M in exact]
         multiplier: dict[str, Any] = {"windows": windows, "odd": [bool(odd) for odd in self.odd]}
         multiplier |= {"lambda": [*map(str, weights)]} if self.operators else {}
         stated = [np.array([[float(v) for v in row] for row in M]) for M in exact]
         stated.append(np.array([float(v) for v in weights]))
         for P in self._solutions(stated, [float(w) for w in widths], [float(v) for v in lower]):
-            exponent = max(0, _BITS - math.floor(math.log2(float(np.abs(P).max()) or 1.0)))
-            rows = [[round(Fraction(float(v)) * 2**exponent) for v in row[: i + 1]] for i, row in enumerate(P)]
-            triangle = [[str(v) for v in row] for row in rows]
-            yield Proposal(multiplier, {"method": "matrix", "P": triangle, "exponent": exponent})
+            yield Proposal(multiplier, matrix_proof(P, float(np.abs(P).max()) or 1.0, _BITS))
 
     def _solutions(self, forms: list[Reals], widths: list[float], lower: list[float]) -> Iterator[Reals]:
         """``P`` with ``V(xi+) - V(xi) + sum w' M w < 0``, ``xi`` the oldest state and all inputs but the last."""

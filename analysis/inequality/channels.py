@@ -30,6 +30,7 @@ from lure.analysis.inequality.kernel_cone import KernelCone
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.shifted_loop import LARGEST, MEETING, Proposal, ShiftedLoop, Widths
 from lure.analysis.inequality.zero_modes import ZeroModes, doubles, whole
+from lure.analysis.numerics.doubles import decimals
 from lure.arrays import NDArray, linalg, np, optimize
 from lure.record import described, quantity
 
@@ -169,7 +170,7 @@ class ManyChannels(ShiftedLoop):
         found = self.weights(np.array([float(w) for w in widths]))
         if found is None:
             return
-        weights = [Fraction(f"{v:.12g}") for v in found]
+        weights = decimals(found)
         scaled = [v / w for v, w in zip(weights, widths, strict=True)]  # for psi (w sigma - psi)
         plain, ends = (np.diag([float(v) for v in side]) for side in (weights, scaled))
         theta = [Fraction(0)] * len(weights)

@@ -18,7 +18,6 @@ weighed (docs/theory/rates.md).  Nothing here is believed: a checker decides.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
@@ -26,6 +25,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
+from lure.analysis.numerics.doubles import decimals, matrix_proof
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 from lure.record import described, quantity
@@ -348,11 +348,9 @@ class CoupledForms(ChannelSearch):
             start = self.stated(self.starts, begun, self.samples - 1) if self.bounded else None
             multiplier |= {"samples": self.samples, "start": start}
         elif self.popov:
-            multiplier["theta"] = [str(Fraction(f"{v:.12g}")) for v in found.theta]
+            multiplier["theta"] = [*map(str, decimals(found.theta))]
         sizes = np.abs(np.diag(found.P))
-        exponent = max(0, _BITS - math.floor(math.log2(max(sizes.min(), sizes.max() * _SMALL, 1e-300))))
-        rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(found.P)]
-        yield Proposal(multiplier, {"method": "matrix", "P": rows, "exponent": exponent})
+        yield Proposal(multiplier, matrix_proof(found.P, float(max(sizes.min(), sizes.max() * _SMALL)), _BITS))
 
     def stated(
         self, cones: Sequence[Cone], found: Sequence[Sequence[Fraction]], samples: int

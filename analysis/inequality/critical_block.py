@@ -34,6 +34,7 @@ from lure.analysis.inequality.zero_modes import (
     freed,
     null_rows,
 )
+from lure.analysis.numerics.doubles import decimals, triangle_texts
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
 from lure.record import described, quantity
@@ -202,7 +203,7 @@ class CriticalBlock(ChannelSearch):
 
     def _proposal(self, found: _Rest, given: Free, widths: Sequence[Fraction], lower: Sequence[Fraction]) -> Proposal:
         m, r = len(self.D), self.modes.right.ncols()
-        unknowns = (given.basis * exact([[Fraction(f"{v:.12g}")] for v in found.free])).entries()
+        unknowns = (given.basis * exact([[v] for v in decimals(found.free)])).entries()
         P, form = ([[fmpq(0)] * size for _ in range(size)] for size in (len(self.A), 2 * m))
         for (a, b), value in zip(self._places, unknowns, strict=False):
             P[a][b] = P[b][a] = value
@@ -212,7 +213,7 @@ class CriticalBlock(ChannelSearch):
         for i, row in enumerate(found.P.tolist()):
             for j, v in enumerate(row[: i + 1]):
                 P[r + i][r + j] = P[r + j][r + i] = fmpq(round(Fraction(v) * 2**exponent), 2**exponent)
-        theta = [Fraction(f"{v:.12g}") / w for v, w in zip(found.theta, widths, strict=True)]
+        theta = [v / w for v, w in zip(decimals(found.theta), widths, strict=True)]
         whole, C = self.modes.turn.transpose() * fmpq_mat(P) * self.modes.turn, exact(self.own)
         whole -= C.transpose() * diagonal([t * v for t, v in zip(theta, lower, strict=True)]) * C
         entries, factor = whole.numer_denom()
@@ -220,9 +221,9 @@ class CriticalBlock(ChannelSearch):
         shift = exact([[Fraction(i == j) - (j == i - m) * lower[j % m] for j in range(2 * m)] for i in range(2 * m)])
         Pi = factor * shift.transpose() * units * fmpq_mat(form) * units * shift
         zero = zip(*self.modes.right.tolist(), *(diagonal(lower) * self.modes.outputs).tolist(), strict=True)
-        multiplier: dict[str, object] = {"Pi": [[str(Pi[i, j]) for j in range(i + 1)] for i in range(2 * m)]}
+        multiplier: dict[str, object] = {"Pi": triangle_texts(Pi.tolist())}
         multiplier |= {"theta": [str(int(factor) * v) for v in theta]} if self.popov else {}
-        rows = [[str(entries[i, j]) for j in range(i + 1)] for i in range(len(P))]
+        rows = triangle_texts(entries.tolist())
         proof = {"method": "matrix", "P": rows, "exponent": 0, "zero": [[*map(str, v)] for v in zero]}
         return Proposal(multiplier, proof)
 

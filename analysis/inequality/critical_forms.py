@@ -35,6 +35,7 @@ from lure.analysis.inequality.zero_modes import (
     fractions,
     freed,
 )
+from lure.analysis.numerics.doubles import decimals, triangle_texts
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
 from lure.record import described, quantity
@@ -252,13 +253,13 @@ class CriticalForms(CoupledForms):
         found = self._programme(widths, given)
         if found is None:
             return
-        free = exact([[Fraction(f"{v:.12g}")] for v in found.free])
+        free = exact([[v] for v in decimals(found.free)])
         unknowns = [Fraction(int(v.p), int(v.q)) for v in (given.basis * free).entries()]
         forms, place = list[list[Fraction]](), len(self._places)
         for cone in self.cones:
             forms.append(unknowns[place : place + len(cone.entries)])
             place += len(cone.entries)
-        theta = [Fraction(f"{v:.12g}") for v in found.theta]
+        theta = decimals(found.theta)
         whole, own = self._view().transpose() * self._whole(unknowns, found.P) * self._view(), exact(self.plant.C)
         if self.samples == 1:
             whole -= own.transpose() * diagonal([t * v for t, v in zip(theta, lower, strict=True)]) * own
@@ -277,7 +278,7 @@ class CriticalForms(CoupledForms):
             multiplier |= {"samples": self.samples, "start": begun}
         elif self.popov:
             multiplier["theta"] = [str(factor * v) for v in theta]
-        rows = [[str(entries[i, j]) for j in range(i + 1)] for i in range(self.order)]
+        rows = triangle_texts(entries.tolist())
         phi = diagonal(lower) * self.modes.outputs
         zero = [[*map(str, v)] for v in zip(*self.modes.right.tolist(), *phi.tolist(), strict=True)]
         yield Proposal(multiplier, {"method": "matrix", "P": rows, "exponent": 0, "zero": zero})

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal, ShiftedLoop, Widths
+from lure.analysis.numerics.doubles import decimals, triangle_texts
 from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
 from lure.arrays import NDArray, np
 from lure.record import described, quantity
@@ -272,8 +273,8 @@ class FullBlockInequality(ShiftedLoop):
             return
         own, total = self.own_channels, len(widths)
         m = len(own)
-        theta = [Fraction(f"{v:.12g}") for v in found.theta]
-        weights = [Fraction(f"{v:.12g}") for v in found.weights]
+        theta = decimals(found.theta)
+        weights = decimals(found.weights)
         size = float(np.abs(found.Pi).max())
         parts = [np.maximum(part, 0) for part in found.parts]
         lacking = self._lacking(found.Pi, parts)
@@ -289,10 +290,10 @@ class FullBlockInequality(ShiftedLoop):
             units = [Fraction(1)] * m + [1 / widths[i] for i in own]  # of psi/w
             Pi = _congruent(_exact(raised, grid), units)
             ends = [*units[m:], *units[m:]]  # of (psi, w sigma - psi)/w
-            multiplier: dict[str, Any] = {"Pi": _texts(_moved(Pi, [lower[i] for i in own]))}
+            multiplier: dict[str, Any] = {"Pi": triangle_texts(_moved(Pi, [lower[i] for i in own]))}
             multiplier |= {"lambda": [*map(str, weights)]} if self.operators else {}
             if parts:
-                multiplier["N"] = [_texts(_congruent(_exact(part, grid), ends)) for part in parts]
+                multiplier["N"] = [triangle_texts(_congruent(_exact(part, grid), ends)) for part in parts]
             near = self.form(*(np.array([float(v) for v in side]) for side in (weights, widths)))
             places = [*own, *(total + i for i in own)]
             near[np.ix_(places, places)] += np.array([[float(v) for v in row] for row in Pi])
@@ -340,8 +341,3 @@ def _moved(Pi: Rows, lower: Sequence[Fraction]) -> Rows:
                 row[i] -= shift * row[m + i]
         found = [list(column) for column in zip(*found, strict=True)]
     return found
-
-
-def _texts(matrix: Rows) -> list[list[str]]:
-    """The lower triangle."""
-    return [[str(v) for v in row[: i + 1]] for i, row in enumerate(matrix)]

@@ -20,6 +20,7 @@ from typing import ClassVar, NamedTuple
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
+from lure.analysis.numerics.doubles import decimals, places, triangle, triangle_texts
 from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
 from lure.arrays import NDArray, Reals, balanced, np
 from lure.record import described, quantity
@@ -80,14 +81,11 @@ class GainSplines(ChannelSearch):
         found = self.known[tuple(float(w) for w in at)][1]
         assert found is not None, "as it serves"
         smallest = float(np.abs(found.P[:, range(len(self.A)), range(len(self.A))]).min())
-        exponent = max(0, _BITS - int(np.floor(np.log2(max(smallest, 1e-300)))))
-        whole = [
-            [[str(round(Fraction(float(Q[i, j])) * 2**exponent)) for j in range(i + 1)] for i in range(len(Q))]
-            for Q in found.P
-        ]
+        exponent = places(smallest, _BITS)
+        whole = [triangle_texts(triangle(Q, exponent)) for Q in found.P]
         proof = {"method": "spline", "degree": self.degree, "pieces": [self.pieces] * len(self.gains), "P": whole}
-        weights = [[str(Fraction(f"{max(v, 0.0):.12g}")) for v in line] for line in found.weights]
-        theta = [str(Fraction(f"{v:.12g}")) for v in found.theta]
+        weights = [[*map(str, decimals(max(v, 0.0) for v in line))] for line in found.weights]
+        theta = [*map(str, decimals(found.theta))]
         yield Proposal({"lambda": weights, "theta": theta}, {**proof, "exponent": exponent})
 
     def _programme(self, widths: NDArray[np.float64]) -> tuple[float, _Found | None]:

@@ -21,6 +21,7 @@ from flint import fmpq, fmpq_mat
 
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal, Widths
 from lure.analysis.inequality.zero_modes import Exact, Rows, diagonal, exact, floats, fractions, freed, null_rows
+from lure.analysis.numerics.doubles import triangle_texts
 from lure.analysis.numerics.semidefinite import Block, Limits, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, np
 from lure.record import described, quantity
@@ -291,5 +292,5 @@ class RestingGain(ChannelSearch):
         entries, factor = whole.numer_denom()
         stated = {"lambda": [str(int(factor) * v) for v in weights]}
         stated |= {"theta": [str(int(factor) * v) for v in theta]} if self.popov else {}
-        rows = [[str(entries[i, j]) for j in range(i + 1)] for i in range(n)]
+        rows = triangle_texts(entries.tolist())
         yield Proposal(stated, {"method": "matrix", "P": rows, "exponent": 0, "semidefinite": True})

@@ -20,6 +20,7 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from lure.analysis.deadline import checkpoint
+from lure.analysis.numerics.doubles import places, triangle
 from lure.arrays import NDArray, Reals, balanced, linalg, np
 from lure.errors import AssumptionError
 from lure.record import described, quantity
@@ -301,6 +302,5 @@ class ShiftedLoop(ChannelSearch):
         ``P``: (n, n) in the balanced states.
         """
         P = P / self.units[:, None] / self.units[None, :]
-        exponent = max(0, _BITS - int(np.floor(np.log2(max(np.abs(np.diag(P)).min(), 1e-300)))))
-        rows = [[round(Fraction(float(P[i, j])) * 2**exponent) for j in range(i + 1)] for i in range(len(P))]
-        return rows, exponent
+        exponent = places(float(np.abs(np.diag(P)).min()), _BITS)
+        return triangle(P, exponent), exponent

@@ -23,6 +23,7 @@ from lure.analysis.inequality.channels import ChannelInequality
 from lure.analysis.inequality.kernels import Found
 from lure.analysis.inequality.shifted_loop import ChannelSearch, Proposal
 from lure.analysis.inequality.zero_modes import doubles, null_rows
+from lure.analysis.numerics.doubles import decimals, matrix_proof
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.arrays import NDArray, Reals, linalg, np
 from lure.record import described, quantity
@@ -121,11 +122,8 @@ class MovedByStops(ChannelSearch):
         found = self._solved(np.array([float(w) for w in widths]))
         if found is not None:
             P, weights, theta = found
-            exponent = max(0, 50 - int(np.floor(np.log2(max(np.abs(P).max(), 1e-300)))))
-            rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(P)]
-            stated = {"lambda": [f"{v:.12g}" for v in weights], "theta": [f"{v:.12g}" for v in theta]}
-            exact = {name: [str(Fraction(v)) for v in side] for name, side in stated.items()}
-            yield Proposal(exact, {"method": "matrix", "P": rows, "exponent": exponent})
+            stated = {"lambda": [*map(str, decimals(weights))], "theta": [*map(str, decimals(theta))]}
+            yield Proposal(stated, matrix_proof(P, float(np.abs(P).max()), 50))
 
     def _solved(
         self, widths: NDArray[np.float64]
@@ -198,15 +196,13 @@ class SampledStorage(ChannelSearch):
             if found is None:
                 continue
             P, weights, factors = found
-            exact = [Fraction(f"{v:.12g}") for v in factors]
+            exact = decimals(factors)
             theta = [
                 sum((f * v for f, v in zip(exact, column, strict=True)), Fraction(0))
                 for column in zip(*given, strict=True)
             ]
-            stated = {"lambda": [str(Fraction(f"{v:.12g}")) for v in weights], "theta": [*map(str, theta)]}
-            exponent = max(0, 50 - int(np.floor(np.log2(max(np.abs(P).max(), 1e-300)))))
-            rows = [[str(round(Fraction(float(v)) * 2**exponent)) for v in row[: i + 1]] for i, row in enumerate(P)]
-            yield Proposal(stated, {"method": "matrix", "P": rows, "exponent": exponent})
+            stated = {"lambda": [*map(str, decimals(weights))], "theta": [*map(str, theta)]}
+            yield Proposal(stated, matrix_proof(P, float(np.abs(P).max()), 50))
 
     @cached_property
     def _even(self) -> tuple[Reals, Reals, Reals, Reals]:

@@ -1,11 +1,12 @@
-"""Exact numbers for records: rounded up, and as short text."""
+"""Exact numbers as doubles and as short text, rounded in a stated direction; doubles as a certificate states them."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from typing import Any
 
 from lure.exact import square_root
 from lure.record.values import Towards, rounded
@@ -101,3 +102,32 @@ def form_text(rows: Sequence[Sequence[Fraction]], towards: Towards) -> str:
             lost += abs(Fraction(texts[i][j]) - row[j]) * (r if i < j else 1 / r)
         texts[i][i] = rounded(row[i] + lost if towards == "above" else row[i] - lost, towards, 7)
     return f"[{', '.join('[' + ', '.join(row) + ']' for row in texts)}]"
+
+
+# What a search found in floating point, in the rational numbers of a certificate.
+
+
+def decimals(values: Iterable[float]) -> list[Fraction]:
+    """Twelve digits of each number."""
+    return [Fraction(f"{v:.12g}") for v in values]
+
+
+def places(size: float, bits: int) -> int:
+    """The exponent ``e >= 0`` with which ``size`` has so many bits before the point as ``2^e size``."""
+    return max(0, bits - math.floor(math.log2(max(size, 1e-300))))
+
+
+def triangle(P: Iterable[Sequence[float]], exponent: int) -> list[list[int]]:
+    """The lower triangle of a matrix times ``2^exponent``, rounded to whole numbers."""
+    return [[round(Fraction(float(v)) * 2**exponent) for v in row[: i + 1]] for i, row in enumerate(P)]
+
+
+def triangle_texts(P: Iterable[Sequence[object]]) -> list[list[str]]:
+    """The lower triangle of an exact matrix, or of one already, as a certificate has it."""
+    return [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]
+
+
+def matrix_proof(P: Iterable[Sequence[float]], size: float, bits: int) -> dict[str, Any]:
+    """``proof`` of a certificate by a Lyapunov matrix; ``size``: an entry of this size keeps so many bits."""
+    exponent = places(size, bits)
+    return {"method": "matrix", "P": triangle_texts(triangle(P, exponent)), "exponent": exponent}

@@ -20,7 +20,7 @@ from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.deadline import checkpoint
-from lure.analysis.numerics.doubles import bound_above, bound_below, double_above
+from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, places, triangle, triangle_texts
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.questions.channel_problem import channel_problem
@@ -258,8 +258,8 @@ def _accepted(problem: Problem, P: Reals, weights: Reals, r: Fraction, *, peak: 
     kept = problem.classes.classes[:-own]
     sizes = (*_sizes(problem), own)
     asked = replace(problem, classes=Diagonal((*kept, *[channel] * own), repeated=sizes))
-    exponent = max(0, _BITS - math.floor(math.log2(max(np.abs(np.diag(P)).min(), 1e-300))))
-    rows = [[round(Fraction(float(v)) * 2**exponent) for v in row[: i + 1]] for i, row in enumerate(P)]
+    exponent = places(float(np.abs(np.diag(P)).min()), _BITS)
+    rows = triangle(P, exponent)
     scaled = [Fraction(f"{v:.15g}") for v in weights]
     draft = {
         "verdict": "PROVED",
@@ -267,7 +267,7 @@ def _accepted(problem: Problem, P: Reals, weights: Reals, r: Fraction, *, peak: 
         "laws": asked.class_entry,
         "theorem": "diagonal-circle",
         "multiplier": {"lambda": [str(v) for v in scaled]},
-        "proof": {"method": "matrix", "P": [[str(v) for v in row] for row in rows], "exponent": exponent},
+        "proof": {"method": "matrix", "P": triangle_texts(rows), "exponent": exponent},
     }
     try:
         shown = checked(draft)

@@ -25,6 +25,7 @@ from lure.analysis.inequality.ellipsoids import (
 )
 from lure.analysis.inequality.level_sets import level_set
 from lure.analysis.inequality.many_ellipsoids import MANY, many_ellipsoid
+from lure.analysis.numerics.doubles import triangle_texts
 from lure.analysis.numerics.polynomial import to_fraction
 from lure.analysis.questions.channel_refutations import constant_gains, refutation
 from lure.analysis.questions.problem import Problem
@@ -382,7 +383,7 @@ def _draft(
         "laws": {"graphs": entries},
         "theorem": "local-circle",
         "multiplier": {"terms": terms},
-        "proof": {"method": "ellipsoid", "P": [[str(v) for v in row[: i + 1]] for i, row in enumerate(P)]} | moved,
+        "proof": {"method": "ellipsoid", "P": triangle_texts(P)} | moved,
     }
 
 
@@ -467,7 +468,7 @@ def proved_level_set(
             local["multiplier"]["terms"].append(
                 {**weight, **(own or {"row": _row(found.rows[i], found.P, used.local[i])})}
             )
-        rows = [[str(v) for v in row[: i + 1]] for i, row in enumerate(_rounded(found.P))]
+        rows = triangle_texts(_rounded(found.P))
         proof = {"method": "level-set", "P": rows, "integrals": entries}
         try:
             shown = checked({**local, "theorem": "local-popov", "proof": proof})
@@ -548,7 +549,7 @@ def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted
             continue
         weights = [_short(float(w)) for w in found.weights]
         rate = max(_short(found.rate), sum((w * v * v for w, v in zip(weights, most, strict=True)), Fraction(0)))
-        rows = [[str(v) for v in row[: i + 1]] for i, row in enumerate(_rounded(found.Q))]
+        rows = triangle_texts(_rounded(found.Q))
         try:
             shown = checked(
                 {

@@ -17,7 +17,7 @@ from lure.analysis.certificates.states import gained
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.checks import check_plant, require_well_posed
 from lure.analysis.inequality.gains import hurwitz_limit
-from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.numerics.doubles import text_above, text_below, triangle_texts
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
@@ -292,10 +292,7 @@ def _rounded(P: Reals, lines: Reals, T: list[list[int]], power: int, unit: int) 
                 Z[j, i] += sign * round(value * unit)
     S = _substituted(T, m)
     moved = (S.T @ form @ S for form in near)
-    return {
-        name: [[str(v) for v in row[: i + 1]] for i, row in enumerate(form.tolist())]
-        for name, form in zip(("P", "lower", "upper"), moved, strict=True)
-    }
+    return {name: triangle_texts(form.tolist()) for name, form in zip(("P", "lower", "upper"), moved, strict=True)}
 
 
 def _substituted(T: list[list[int]], m: list[Monomial]) -> NDArray[np.object_]:
