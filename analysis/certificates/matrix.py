@@ -15,7 +15,7 @@ from lure.analysis.certificates.riccati import MOST_IN_BALLS, Inequality, Rounde
 from lure.analysis.certificates.states import deflated, matrix_facts
 from lure.analysis.certificates.systems import system_of, text
 from lure.analysis.certificates.theory import theory_of
-from lure.analysis.numerics.exact_matrix import column_of, integer_multiple, null_space
+from lure.analysis.numerics.exact_matrix import column_of, dot, integer_multiple, null_space
 from lure.analysis.theorems.table import Upper
 from lure.arrays import np
 from lure.errors import AssumptionError
@@ -160,7 +160,7 @@ def _candidates(
     if claim.discrete:
         yield from _discrete(A, b, c, r, solved)
         return
-    r += 2 * claim.theta * (_dot(c, b) + rho)
+    r += 2 * claim.theta * (dot(c, b) + rho)
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at infinity, where it is {float(r) / 2:.6g}")
     yield from solved(Inequality(A=A, b=b, c=c, theta=claim.theta, r=r))
@@ -182,8 +182,8 @@ def _discrete(
             J = [[Fraction(int(v.p), int(v.q)) for v in row] for row in fmpq_mat(plus).inv().tolist()]
         except ZeroDivisionError:
             raise AssumptionError("A has the eigenvalue -1: the block is not stable") from None
-    Jb, cJ = [_dot(row, b) for row in J], [_dot(c, column) for column in zip(*J, strict=True)]
-    r -= 2 * _dot(cJ, b)
+    Jb, cJ = [dot(row, b) for row in J], [dot(c, column) for column in zip(*J, strict=True)]
+    r -= 2 * dot(cJ, b)
     if not r > 0:
         raise AssumptionError(f"the frequency inequality fails at z = -1, where it is {float(r) / 2:.6g}")
     turned = [[int(i == j) - 2 * v for j, v in enumerate(row)] for i, row in enumerate(J)]
@@ -217,8 +217,3 @@ def _short(vector: Vector) -> list[str]:
     """A vector of integers without common divisor."""
     shared = math.gcd(*(v.numerator for v in vector)) or 1
     return [str(v / shared) for v in vector]
-
-
-def _dot(u: Iterable[Fraction], v: Iterable[Fraction]) -> Fraction:
-    """``u . v``, zeros skipped."""
-    return sum((x * y for x, y in zip(u, v, strict=True) if x and y), Fraction(0))

@@ -20,6 +20,7 @@ from lure.analysis.certificates.arithmetic import eliminated, numbers
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.channels import Plant, channels, closed_loop, plant
 from lure.analysis.certificates.frequencies import transfer
+from lure.analysis.export.circle import times
 from lure.analysis.export.gained import within
 from lure.analysis.export.gaining import with_inputs
 from lure.analysis.export.loops import MOST_STATES, of_states
@@ -55,15 +56,6 @@ def _at(p: Sequence[Fraction], point: Complex) -> Complex:
     for c in reversed(p):
         re, im = _times(found, point)
         found = re + c, im
-    return found
-
-
-def _product(p: Vector, q: Vector) -> Vector:
-    """The product of polynomials."""
-    found = [ZERO] * (len(p) + len(q) - 1)
-    for i, a in enumerate(p):
-        for j, b in enumerate(q):
-            found[i + j] += a * b
     return found
 
 
@@ -204,7 +196,7 @@ class _Driven:
             series.append(turned[0] / math.factorial(k))
             turned = _times(turned, self.point())
         inverse = [Fraction((-1) ** k * math.comb(n + k, k)) for k in range(n + 1)]  # of (1 + u)^(n + 1), t = 1 + u
-        for c in reversed(_product(series, inverse)[: n + 1]):
+        for c in reversed(times(series, inverse)[: n + 1]):
             found = [u + v for u, v in zip([c, *found], [*(-v for v in found), ZERO], strict=True)]
         return _Signal([*[ZERO] * (n + 1), *found], late)
 
@@ -291,7 +283,7 @@ class _Driven:
         """The integrals of the squares of inputs and outputs."""
         lines = list[str]()
         for name, one in zip([*self.names("w"), *self.names("z")], [*self.w[len(self.block) :], *self.z], strict=True):
-            square = _product(one.first, one.first)
+            square = times(one.first, one.first)
             power = [ZERO, *(c / k for k, c in enumerate(square, 1))]
             energy = f"energy P{name} {' '.join(map(number, _mean(one, self.at)))} {self.last}"
             shown = f"energy_flow; unfold P{name}; cbn [poly dpoly];\n    [intro s; field|lra|lra|lra|"

@@ -21,6 +21,7 @@ from lure.analysis.certificates.states import classes, deflated
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, mix, rounded
 from lure.analysis.export.words import refused
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
+from lure.analysis.numerics.exact_matrix import dot
 from lure.analysis.numerics.polynomial import to_fraction
 from lure.analysis.numerics.precision import ball, working_precision
 from lure.errors import AssumptionError
@@ -100,7 +101,7 @@ def _one(certificate: Data) -> Iterator[Loop]:
     claim = Claim(A=A, b=b, c=c, d=d, discrete=discrete, width=width, theta=theta)
     zero = proof["zero"] if proof["method"] == "matrix" else _zero(claim)
     # whether nothing is left of F at infinite frequency
-    each = proof["method"] != "matrix" and width is None and not theta * _dot(c, b) + d
+    each = proof["method"] != "matrix" and width is None and not theta * dot(c, b) + d
     if each:
         found = _for_each_bound(claim, zero)
     else:
@@ -158,7 +159,7 @@ def _for_each_bound(claim: Claim, zero: Data | None) -> Iterator[Matrix]:
         return
     if claim.discrete or b[:-1] != [0] * (n - 1) or b[-1:] != [1]:
         raise refused("without an upper bound it needs a transfer function in continuous time; give an upper bound")
-    q = [v + claim.theta * _dot(c, [row[j] for row in A]) for j, v in enumerate(c)]
+    q = [v + claim.theta * dot(c, [row[j] for row in A]) for j, v in enumerate(c)]
     for power in (2, 4, 6, 8, 12, 16, 20, 30, 40):
         near = Inequality(A=A, b=b, c=c, theta=claim.theta, r=Fraction(1, 1 << power))
         for one in islice(solutions_of(near), 4) if n > 1 else [Rounded(rows=[[0]], exponent=0)]:
@@ -179,13 +180,8 @@ def _ends(A: Matrix, b: Vector, c: Vector, zero: Data | None) -> tuple[Matrix, l
     *_, rho = deflated(A, b, c, zero)
     x, y, p = numbers(zero["right"]), numbers(zero["left"]), zero["pivot"]
     rest = [less(units[i], x[i] / x[p], units[p]) for i in range(n) if i != p]
-    gain = _dot(c, x) / _dot(y, x)
+    gain = dot(c, x) / dot(y, x)
     return rest, [(1 / rho, [gain * v for v in y])]
-
-
-def _dot(u: Vector, v: Vector) -> Fraction:
-    """``u . v``."""
-    return sum((a * b for a, b in zip(u, v, strict=True)), Fraction(0))
 
 
 def carried(P: Matrix, rows: Matrix, ends: list[tuple[Fraction, Vector]]) -> Matrix:

@@ -13,6 +13,7 @@ from lure.analysis.certificates.channels import channels, plant
 from lure.analysis.certificates.states import Family, classes
 from lure.analysis.export.loops import of_states
 from lure.analysis.export.words import equations, folded, number, reals, refused, whole_file
+from lure.analysis.numerics.exact_matrix import dot
 
 Point = tuple[Fraction, Fraction]
 Vector = list[Fraction]
@@ -216,11 +217,11 @@ class _Several:
         self.rests = self.origin == "equilibrium"
         for row in [proof["inputs"]] if self.rests else proof["inputs"]:
             self.z.append([*x, *numbers(row)])
-            x = [_dot(v, self.z[-1]) for v in self.loop.then]
+            x = [dot(v, self.z[-1]) for v in self.loop.then]
         if not self.rests and proof["half"]:
             self.z += [[-v for v in z] for z in self.z]
         self.block = [b for b, block in enumerate(asked.blocks) for _ in block]
-        self.sigma = [[_dot(row, z) for z in self.z] for row in self.loop.sigma]
+        self.sigma = [[dot(row, z) for z in self.z] for row in self.loop.sigma]
         self.columns = [list(column) for column in zip(*self.z, strict=True)]
         points = [set[Point]() for _ in asked.blocks]
         for b, sigma, w in zip(self.block, self.sigma, self.columns[self.n :], strict=True):
@@ -326,11 +327,6 @@ def _apart(name: str, column: Vector) -> str:
     """That a list of samples has no limit when it repeats."""
     other = next(i for i, v in enumerate(column) if v != column[0])
     return f"apply (repeated_moves {name} 0 {other}); unfold {name}; cbn [length nth]; [lia|lia|lra]"
-
-
-def _dot(row: Vector, z: Vector) -> Fraction:
-    """``row . z``."""
-    return sum((a * v for a, v in zip(row, z, strict=True)), Fraction(0))
 
 
 def _sum(row: Vector, text: str) -> str:
