@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from lure.arrays import ArrayLike, Reals, np
 from lure.record import Column as Column
 from lure.record import Record, derived, quantity
-from lure.record import dataset as dataset
 from lure.record import numbered as numbered
 from lure.rod.parameters import PARAMETERS, Rod
 
@@ -48,11 +47,6 @@ _IMPACTS = {
     "impulse": ("impact_impulse", "N s", "impulse A int p dt given to the obstacle"),
     "peak_stress": ("impact_peak_stress", "Pa", "largest contact stress over all instants of the contact"),
 }
-_ALONG = {
-    "v": ("v", "m s-1", "velocity, positive along x"),
-    "w": ("w", "1", "strain u_x, positive in tension"),
-    "u": ("u", "m", "displacement, positive along x"),
-}
 _IDLE = 3  # phases in succession without duration
 TIME = "time since the start of the motion"
 PLACE = "place along the unstrained rod"
@@ -72,11 +66,6 @@ def series(values: Mapping[str, ArrayLike | None]) -> dict[str, Column]:
         STRESS if key == "stress" else key: Column(("t",), found, SERIES[key][1], SERIES[key][0])
         for key, found in given.items()
     }
-
-
-def fields(values: Mapping[str, ArrayLike]) -> dict[str, Column]:
-    """Velocity ``v``, strain ``w`` and displacement ``u`` along ``t`` and ``x``; ``values``: (samples, places) each."""
-    return {name: Column(("t", "x"), values[key], unit, text) for key, (name, unit, text) in _ALONG.items()}
 
 
 def impact_columns(impacts: Iterable[Contact]) -> dict[str, Column]:

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lure.analysis.rod.runs.methods import MOST_ENERGIES, along_motion, motion_at, sampled_motion
+from lure.analysis.rod.runs.methods import sampled_motion
 from lure.analysis.rod.runs.request import Performed, Request
 from lure.analysis.rod.runs.sampled import Along, SampledRun
+from lure.analysis.verdict import Evidence
 from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.record import described, quantity
+from lure.rod.motion.sampling import MOST_ENERGIES, along_motion, at_instants
 
 if TYPE_CHECKING:
     import xarray
@@ -324,7 +326,8 @@ def _for_plot(done: Performed, span: tuple[float, float] | None) -> tuple[Sample
         shown = run if span is None else _cut(run, span)
         return shown, shown
     first, last = span or (0.0, run.until)
-    fine = motion_at(motion, drawn_instants((first, last), run.rod.travel_time))
+    instants = drawn_instants((first, last), run.rod.travel_time)
+    fine = SampledRun(evidence=Evidence.COMPUTED, **at_instants(motion, instants))
     enough = span is None and run.energy is not None and len(run.t) >= _ENERGIES
     return fine, run if enough else sampled_motion(motion, _ENERGIES, span=(first, last))
 

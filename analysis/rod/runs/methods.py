@@ -19,8 +19,7 @@ from lure.rod.discretisation import UpwindScheme
 from lure.rod.galerkin import GalerkinRun, galerkin
 from lure.rod.galerkin.spaces import SpaceName
 from lure.rod.motion import Contact, Motion
-from lure.rod.motion.sampling import ABOUT, ERROR, METHOD, boundary_attributes, whole_rod_since
-from lure.rod.motion.sampling import MOST_ENERGIES as MOST_ENERGIES
+from lure.rod.motion.sampling import evenly
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.motion import METHOD as BY_STRUCTURE
@@ -64,83 +63,8 @@ def sampled_motion(
     InputError
         ``samples``, ``places`` or ``span`` is out of range.
     """
-    check_samples(samples)
-    t = np.linspace(*(span or (whole_rod_since(motion), motion.until)), samples)
-    run = motion_at(motion, t)
-    return replace(
-        run,
-        energy=motion.energies(t) if energy and samples <= MOST_ENERGIES else None,
-        along=along_motion(motion, t, places) if places else None,
-    )
-
-
-def motion_at(motion: Motion, t: Array) -> SampledRun:
-    """An exact motion at any increasing instants, without energy and fields; ``t``: (samples,) instants [s].
-
-    Raises
-    ------
-    InputError
-        They leave what was kept of the motion.
-    """
-    v_0 = motion.dashpot_velocity(t)
-    return SampledRun(
-        subject="rod",
-        about=ABOUT,
-        evidence=Evidence.COMPUTED,
-        method=METHOD,
-        rod=motion.rod,
-        scenario=motion.scenario,
-        t=t,
-        z=motion.z(t),
-        u_end=motion.end_displacement(t),
-        stress=motion.contact_stress(t),
-        v_end=motion.end_velocity(t),
-        v_0=v_0,
-        dashpot_force=None if motion.boundary.clamped else motion.dashpot_force(t),
-        impacts=motion.impacts,
-        energy_residual=motion.energy_residual,
-        error=motion.error,
-        error_is=ERROR,
-        details={
-            **boundary_attributes(motion.boundary),
-            "law_crossings": motion.crossings,
-            "compiled": int(motion.compiled),
-        },
-        note=motion.note,
-    )
-
-
-def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = True) -> Along:
-    """Velocity, strain and displacement of an exact motion on a grid of instants and places.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    t : ndarray
-        (samples,) instants [s].
-    places : int
-        Number of places, evenly spaced from 0 to ``L``.
-    displaced : bool
-        Whether to compute the displacement, which costs more than the other two; else it is nan.
-
-    Raises
-    ------
-    InputError
-        ``places`` is out of range.
-    """
-    check_places(places, len(t))
-    x = np.linspace(0.0, motion.rod.length, places)
-    forward, backward = motion.waves(t[:, None], x[None, :])
-    shown = np.full(forward.shape, np.nan)
-    if displaced:
-        shown = np.array([motion.displacement(float(instant), x) for instant in t])
-    return Along(
-        x=x,
-        v=0.5 * (forward + backward),
-        w=(backward - forward) / (2.0 * motion.rod.wave_speed),
-        u=shown,
-    )
+    found = evenly(motion, samples, places=places, energy=energy, span=span)
+    return SampledRun(evidence=Evidence.COMPUTED, **found)
 
 
 def sampled_scheme(

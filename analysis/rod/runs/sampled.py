@@ -3,42 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from lure.analysis.drawing import drawn
 from lure.analysis.verdict import Evidence
-from lure.arrays import Reals as Array
-from lure.record import Column, Page, Record, finite, plain, quantity
+from lure.record import Page, finite, plain, quantity
 from lure.rod import datasets
-from lure.rod.datasets import SERIES, STRESS, what_it_shows
-from lure.rod.motion import Contact
+from lure.rod.datasets import what_it_shows
+from lure.rod.motion.sampling import Along as Along
+from lure.rod.motion.sampling import Samples
 from lure.rod.motion.sampling import check_places as check_places
 from lure.rod.motion.sampling import check_samples as check_samples
 from lure.rod.parameters import Rod
-from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
-
-
-Subject = Literal["rod", "scheme", "Galerkin space"]
 
 _APART = 0.5  # transits L/c
 _REST = 1e-28  # of the largest energy: velocities below 1e-14 of the largest
 
 
-class Along(Record):
-    """What was kept along the rod, at the samples in time."""
-
-    x: Array = quantity(datasets.PLACE, "m", dims="x")
-    v: Array = quantity("velocity, positive along x", "m s-1", dims="t x")
-    w: Array = quantity("strain ``u_x``, positive in tension", "1", dims="t x")
-    u: Array = quantity("displacement, positive along x", "m", dims="t x")
-
-
-class SampledRun(Record):
+class SampledRun(Samples):
     """One motion at increasing instants, with its contacts; it shows this motion and proves nothing of others.
 
     ``to_xarray`` gives the same bytes for the same motion, since no clock time is in it: dimensions ``t`` (samples),
@@ -48,36 +33,7 @@ class SampledRun(Record):
     fractions as text), the formulas of loads and data, and the version of lure.
     """
 
-    subject: Subject = quantity(
-        "Which object moved. A motion of the scheme or of a Galerkin space is not one of the rod"
-    )
-    about: str = quantity("The object in words")
     evidence: Evidence = quantity("``COMPUTED`` with an error estimate, else ``OBSERVED``")
-    method: str = quantity("How the motion was computed")
-    rod: Rod = quantity("The parameters")
-    scenario: Scenario = quantity("Loads and initial data")
-    t: Array = quantity(datasets.TIME, "s", dims="t")
-    z: Array = quantity(*SERIES["z"], dims="t")
-    u_end: Array = quantity(*SERIES["u_end"], dims="t")
-    stress: Array = quantity(*SERIES["stress"], dims="t", name=STRESS)
-    v_end: Array | None = quantity(*SERIES["v_end"], dims="t", default=None)
-    v_0: Array | None = quantity(*SERIES["v_0"], dims="t", default=None)
-    dashpot_force: Array | None = quantity(*SERIES["dashpot_force"], dims="t", default=None)
-    energy: Array | None = quantity(*SERIES["energy"], dims="t", default=None)
-    impacts: tuple[Contact, ...] = quantity(
-        "Every contact. ``impulse`` and ``peak_stress`` are nan where the method does not give them", default=()
-    )
-    energy_residual: float | None = quantity("Error of the energy balance, relative", default=None)
-    error: float | None = quantity(
-        "Estimate of the error of ``z`` [m]; of the time integration alone where the object is not the rod",
-        default=None,
-    )
-    error_is: str = quantity("What ``error`` estimates", default="")
-    details: Mapping[str, str | int | float] = quantity(
-        "Settings of the method, numbers or text", default_factory=lambda: MappingProxyType({})
-    )
-    note: str = quantity("What was put in place of the data, or nothing", default="")
-    along: Along | None = quantity("Fields, if asked for", inline=True, default=None)
 
     @property
     def until(self) -> float:
@@ -101,26 +57,6 @@ class SampledRun(Record):
         """What is said of the motion as plain JSON data; the curves are in :meth:`to_xarray`."""
         found: Any = plain(summary_dict(self, self.about))
         return {"subject": self.subject, "evidence": str(self.evidence), **found}
-
-    def _columns(self) -> dict[str, Column]:
-        """Samples along ``t``, contacts along ``impact`` (nan: the method does not tell), fields along ``x``."""
-        return super()._columns() | datasets.impact_columns(self.impacts)
-
-    def _attributes(self) -> dict[str, object]:
-        """What moved, how that is known, and every number that went in."""
-        words = {"subject": self.subject, "about": self.about, "evidence": str(self.evidence), "method": self.method}
-        found: dict[str, object] = {
-            **datasets.motion_attributes("Motion of a rod against an obstacle", **words),
-            **datasets.rod_attributes(self.rod),
-            **datasets.scenario_attributes(self.scenario),
-        }
-        if self.energy_residual is not None:
-            found["energy_residual"] = self.energy_residual
-        if self.error is not None:
-            found |= {"error_estimate": self.error, "error_estimate_units": "m", "error_estimate_of": self.error_is}
-        if self.note:
-            found["note"] = self.note
-        return found | {f"method_{name}": value for name, value in self.details.items()}
 
     def to_control(self) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N]."""

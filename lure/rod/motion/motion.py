@@ -154,9 +154,9 @@ class Motion(Record):
         InputError
             ``samples`` or ``places`` is out of range, or xarray is not installed.
         """
-        from lure.rod.motion.sampling import motion_dataset
+        from lure.rod.motion.sampling import Samples, evenly
 
-        return motion_dataset(self, samples, places)
+        return Samples(evidence="computed", **evenly(self, samples, places=places)).to_xarray()
 
     def to_control(self, samples: int = 2001) -> control.TimeResponseData:
         """The motion as python-control has it: output ``sigma = z`` [m], inputs ``mu = -p(z)`` [Pa] and ``g`` [N].

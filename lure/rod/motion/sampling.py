@@ -1,23 +1,28 @@
-"""A motion of the rod itself as samples: a Dataset, plain data, a python-control response, an HTML table."""
+"""Motions as samples, and that of the rod itself as such: plain data, a python-control response, an HTML table."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from lure.errors import InputError
-from lure.record import Page, plain
+from lure.record import Column, Page, Record, plain, quantity
 from lure.rod import datasets
-from lure.rod.datasets import Column
+from lure.rod.datasets import SERIES, STRESS, Contact
+from lure.rod.motion.pieces import Array
+from lure.rod.parameters import Rod
+from lure.rod.scenario import Scenario
 
 if TYPE_CHECKING:
     import control
-    import xarray
 
-    from lure.rod.datasets import Contact
     from lure.rod.motion.end_law import Boundary
     from lure.rod.motion.motion import Motion
+
+Subject = Literal["rod", "scheme", "Galerkin space"]
 
 MOST_SAMPLES = 1_000_000
 MOST_VALUES = 50_000_000
@@ -73,58 +78,155 @@ def boundary_attributes(boundary: Boundary) -> dict[str, str | float]:
     }
 
 
-def motion_dataset(motion: Motion, samples: int, places: int) -> xarray.Dataset:
-    """The Dataset of :meth:`lure.rod.motion.Motion.to_xarray`.
+class Along(Record):
+    """What was kept along the rod, at the samples in time."""
+
+    x: Array = quantity(datasets.PLACE, "m", dims="x")
+    v: Array = quantity("velocity, positive along x", "m s-1", dims="t x")
+    w: Array = quantity("strain ``u_x``, positive in tension", "1", dims="t x")
+    u: Array = quantity("displacement, positive along x", "m", dims="t x")
+
+
+class Samples(Record):
+    """One motion of a rod, of a scheme or of a Galerkin space at increasing instants, with its contacts."""
+
+    subject: Subject = quantity(
+        "Which object moved. A motion of the scheme or of a Galerkin space is not one of the rod"
+    )
+    about: str = quantity("The object in words")
+    evidence: object = quantity("``COMPUTED`` with an error estimate, else ``OBSERVED``")
+    method: str = quantity("How the motion was computed")
+    rod: Rod = quantity("The parameters")
+    scenario: Scenario = quantity("Loads and initial data")
+    t: Array = quantity(datasets.TIME, "s", dims="t")
+    z: Array = quantity(*SERIES["z"], dims="t")
+    u_end: Array = quantity(*SERIES["u_end"], dims="t")
+    stress: Array = quantity(*SERIES["stress"], dims="t", name=STRESS)
+    v_end: Array | None = quantity(*SERIES["v_end"], dims="t", default=None)
+    v_0: Array | None = quantity(*SERIES["v_0"], dims="t", default=None)
+    dashpot_force: Array | None = quantity(*SERIES["dashpot_force"], dims="t", default=None)
+    energy: Array | None = quantity(*SERIES["energy"], dims="t", default=None)
+    impacts: tuple[Contact, ...] = quantity(
+        "Every contact. ``impulse`` and ``peak_stress`` are nan where the method does not give them", default=()
+    )
+    energy_residual: float | None = quantity("Error of the energy balance, relative", default=None)
+    error: float | None = quantity(
+        "Estimate of the error of ``z`` [m]; of the time integration alone where the object is not the rod",
+        default=None,
+    )
+    error_is: str = quantity("What ``error`` estimates", default="")
+    details: Mapping[str, str | int | float] = quantity(
+        "Settings of the method, numbers or text", default_factory=lambda: MappingProxyType({})
+    )
+    note: str = quantity("What was put in place of the data, or nothing", default="")
+    along: Along | None = quantity("Fields, if asked for", inline=True, default=None)
+
+    def _columns(self) -> dict[str, Column]:
+        """Samples along ``t``, contacts along ``impact`` (nan: the method does not tell), fields along ``x``."""
+        return super()._columns() | datasets.impact_columns(self.impacts)
+
+    def _attributes(self) -> dict[str, object]:
+        """What moved, how that is known, and every number that went in."""
+        words = {"subject": self.subject, "about": self.about, "evidence": str(self.evidence), "method": self.method}
+        found: dict[str, object] = {
+            **datasets.motion_attributes("Motion of a rod against an obstacle", **words),
+            **datasets.rod_attributes(self.rod),
+            **datasets.scenario_attributes(self.scenario),
+        }
+        if self.energy_residual is not None:
+            found["energy_residual"] = self.energy_residual
+        if self.error is not None:
+            found |= {"error_estimate": self.error, "error_estimate_units": "m", "error_estimate_of": self.error_is}
+        if self.note:
+            found["note"] = self.note
+        return found | {f"method_{name}": value for name, value in self.details.items()}
+
+
+def at_instants(motion: Motion, t: Array) -> dict[str, Any]:
+    """What :class:`Samples` hold of an exact motion at increasing instants [s], but for evidence, energy and fields.
 
     Raises
     ------
     InputError
-        ``samples`` or ``places`` is out of range, or xarray is not installed.
+        They leave what was kept of the motion.
+    """
+    return {
+        "subject": "rod",
+        "about": ABOUT,
+        "method": METHOD,
+        "rod": motion.rod,
+        "scenario": motion.scenario,
+        "t": t,
+        "z": motion.z(t),
+        "u_end": motion.end_displacement(t),
+        "stress": motion.contact_stress(t),
+        "v_end": motion.end_velocity(t),
+        "v_0": motion.dashpot_velocity(t),
+        "dashpot_force": None if motion.boundary.clamped else motion.dashpot_force(t),
+        "impacts": motion.impacts,
+        "energy_residual": motion.energy_residual,
+        "error": motion.error,
+        "error_is": ERROR,
+        "details": {
+            **boundary_attributes(motion.boundary),
+            "law_crossings": motion.crossings,
+            "compiled": int(motion.compiled),
+        },
+        "note": motion.note,
+    }
+
+
+def evenly(
+    motion: Motion, samples: int, *, places: int = 0, energy: bool = True, span: tuple[float, float] | None = None
+) -> dict[str, Any]:
+    """The same at evenly spaced instants of all that was kept or of a span [s], with energy and fields if asked for.
+
+    Raises
+    ------
+    InputError
+        ``samples``, ``places`` or ``span`` is out of range.
     """
     check_samples(samples)
     if places != 0:
         check_places(places, samples)
-    t = np.linspace(whole_rod_since(motion), motion.until, samples)
-    variables = datasets.series(
-        {
-            "u_end": motion.end_displacement(t),
-            "z": motion.z(t),
-            "v_end": motion.end_velocity(t),
-            "stress": motion.contact_stress(t),
-            "dashpot_force": None if motion.boundary.clamped else motion.dashpot_force(t),
-            "v_0": motion.dashpot_velocity(t),
-            "energy": motion.energies(t) if samples <= MOST_ENERGIES else None,
-        }
-    )
-    coordinates = {
-        "t": Column(("t",), t, "s", datasets.TIME),
-        "impact": datasets.numbered("impact", len(motion.impacts)),
+    t = np.linspace(*(span or (whole_rod_since(motion), motion.until)), samples)
+    return at_instants(motion, t) | {
+        "energy": motion.energies(t) if energy and samples <= MOST_ENERGIES else None,
+        "along": along_motion(motion, t, places) if places else None,
     }
-    variables |= datasets.impact_columns(motion.impacts)
-    if places:
-        x = np.linspace(0.0, motion.rod.length, places)
-        grid = t[:, None], x[None, :]
+
+
+def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = True) -> Along:
+    """Velocity, strain and displacement of an exact motion on a grid of instants and places.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    t : ndarray
+        (samples,) instants [s].
+    places : int
+        Number of places, evenly spaced from 0 to ``L``.
+    displaced : bool
+        Whether to compute the displacement, which costs more than the other two; else it is nan.
+
+    Raises
+    ------
+    InputError
+        ``places`` is out of range.
+    """
+    check_places(places, len(t))
+    x = np.linspace(0.0, motion.rod.length, places)
+    forward, backward = motion.waves(t[:, None], x[None, :])
+    shown = np.full(forward.shape, np.nan)
+    if displaced:
         shown = np.array([motion.displacement(float(instant), x) for instant in t])
-        variables |= datasets.fields({"v": motion.velocity(*grid), "w": motion.strain(*grid), "u": shown})
-        coordinates["x"] = Column(("x",), x, "m", datasets.PLACE)
-    return datasets.dataset(variables, coordinates, _attributes(motion))
-
-
-def _attributes(motion: Motion) -> dict[str, object]:
-    title = "Motion of a rod against an obstacle"
-    found: dict[str, object] = {
-        **datasets.motion_attributes(title, subject="rod", about=ABOUT, evidence="computed", method=METHOD),
-        **datasets.rod_attributes(motion.rod),
-        **datasets.scenario_attributes(motion.scenario),
-        "energy_residual": motion.energy_residual,
-        "error_estimate": motion.error,
-        "error_estimate_units": "m",
-        "error_estimate_of": ERROR,
-    }
-    if motion.note:
-        found["note"] = motion.note
-    details = {**boundary_attributes(motion.boundary), "law_crossings": motion.crossings}
-    return found | {f"method_{name}": value for name, value in {**details, "compiled": int(motion.compiled)}.items()}
+    return Along(
+        x=x,
+        v=0.5 * (forward + backward),
+        w=(backward - forward) / (2.0 * motion.rod.wave_speed),
+        u=shown,
+    )
 
 
 def motion_dict(motion: Motion) -> dict[str, object]:
