@@ -13,7 +13,7 @@ from runs import thrown, thrown_dashpot, thrown_end, thrown_energy, thrown_stres
 import lure
 from lure.analysis.output import check_targets, written
 from lure.analysis.rod.runs import Request, methods, perform, sampled_motion, write_dataset
-from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_scheme
+from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_scheme
 from lure.analysis.rod.runs.sampled import summary_dict, summary_lines
 from lure.analysis.verdict import Evidence
 from lure.files import find_system
@@ -214,7 +214,7 @@ def test_the_two_ways_to_follow_the_scheme_agree(monkeypatch):
 def test_an_integrator_agrees_with_the_exact_scheme():
     scheme = upwind(STRUCK.rod, 10)
     exact = sampled_scheme(scheme, STRUCK.scenario, 1e-3, samples=21)
-    run = sampled_integration(scheme, STRUCK.scenario, 1e-3, method="DOP853", samples=21)
+    run = sampled_scheme(scheme, STRUCK.scenario, 1e-3, method="DOP853", samples=21)
     assert run.z == pytest.approx(exact.z, abs=1e-10)
     assert run.v_end == pytest.approx(exact.v_end, abs=1e-6)
     assert run.error is None

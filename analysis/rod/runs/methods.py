@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from lure.analysis.rod.comparison.integrators import SchemeMethod, integrate
+from lure.analysis.rod.comparison.integrators import SchemeMethod, SchemeRun, by_structure, integrate
 from lure.analysis.rod.runs.sampled import Along, SampledRun, check_places, check_samples
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, in_steps, simulate
 from lure.analysis.rod.simulation.trajectory import Trajectory
@@ -23,7 +23,7 @@ from lure.rod.motion.sampling import evenly
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 from lure.rod.scheme.motion import METHOD as BY_STRUCTURE
-from lure.rod.scheme.motion import scheme_words, structured_motion
+from lure.rod.scheme.motion import scheme_words
 
 RTOL = 1e-8
 
@@ -67,15 +67,20 @@ def sampled_motion(
     return SampledRun(evidence=Evidence.COMPUTED, **found)
 
 
-def sampled_scheme(
-    scheme: UpwindScheme, scenario: Scenario, until: float, *, samples: int = 2001, places: int = 0
+def sampled_scheme(  # noqa: PLR0913  (what, from where, until when, by what, and how much of it is kept)
+    scheme: UpwindScheme,
+    scenario: Scenario,
+    until: float,
+    *,
+    method: str = "scheme",
+    samples: int = 2001,
+    places: int = 0,
 ) -> SampledRun:
-    """Event-exact motion of the scheme.
+    """Motion of the scheme, from event to event or by an integrator.
 
-    By :func:`lure.analysis.rod.simulation.simulate`, or by :func:`lure.rod.scheme.structured_motion` where that
-    would take
-    minutes: above 1000 cells, and for long runs of many cells.  The
-    latter tells the end ``x = L`` only, and no energy.
+    From event to event it is :func:`lure.analysis.rod.simulation.simulate`, or
+    :func:`lure.rod.scheme.structured_motion` where that would take minutes: above 1000 cells, and for long runs of many
+    cells.  The latter tells the end ``x = L`` only, and no energy.
 
     Parameters
     ----------
@@ -85,22 +90,32 @@ def sampled_scheme(
         Loads and initial data.
     until : float
         End of the run [s].
+    method : {"scheme", "LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE"}
+        Event to event, or the integrator of :func:`lure.analysis.rod.comparison.integrate`.
     samples : int
         Number of instants.
     places : int
-        0, or ``N + 1`` to keep the fields at the nodes of the scheme.
+        0, or ``N + 1`` to keep the fields at the nodes of the scheme; an integrator keeps none.
 
     Returns
     -------
     SampledRun
-        OBSERVED evidence about the scheme, not about the rod.
+        OBSERVED evidence about the scheme, not about the rod; the error of an integrator is not estimated.
 
     Raises
     ------
     InputError
-        A request is out of range, or one of the two solvers refuses it.
+        A request is out of range, scikit-sundae is missing, or the solver refuses it or gives up.
     """
     check_samples(samples)
+    if method != "scheme":
+        if places:
+            raise InputError(f"fields is {places}; method {method} keeps the end of the rod only, give none")
+        run = integrate(scheme, scenario, until, method=cast("SchemeMethod", method), rtol=RTOL, samples=samples)
+        library = "SUNDIALS" if method == "CVODE" else "scipy"
+        said = f"{method} of {library}, each step to {RTOL:g}, stopped at contact and release"
+        details: dict[str, str | float] = {"integrator": method, "rtol": RTOL}
+        return _of_run(run, scenario, said, details | ({"evaluations": run.evaluations} if run.evaluations else {}))
     nodes = scheme.cells + 1
     if places not in (0, nodes):
         raise InputError(
@@ -111,12 +126,13 @@ def sampled_scheme(
         raise InputError(f"fields is {places}; above {LARGEST_CELLS} cells only the end of the rod is kept, give none")
     if in_steps(scheme, until) or places:
         return _simulated(scheme, scenario, until, samples=samples, keep=places > 0)
-    run = structured_motion(scheme, scenario, until, samples=samples)
-    return replace(
-        _of_end(scheme, scenario, run.t, run.z, run.contacts),
-        method=BY_STRUCTURE,
-        v_end=run.wave - scheme.rod.mobility * run.stress,
-    )
+    return _of_run(by_structure(scheme, scenario, until, samples), scenario, BY_STRUCTURE, {})
+
+
+def _of_run(run: SchemeRun, scenario: Scenario, method: str, details: dict[str, str | float]) -> SampledRun:
+    plain = _of_end(run.scheme, scenario, run.t, run.z, run.contacts)
+    kept = {**plain.details, **details}
+    return replace(plain, method=method, v_end=run.velocity, energy=run.energy, details=kept)
 
 
 def _of_end(
@@ -178,48 +194,6 @@ def _at_nodes(run: Trajectory, wave_speed: float) -> Along:
         v=run.frames_v,
         w=(backward - forward) / (2.0 * wave_speed),
         u=run.u_end[:, None] - to_end,
-    )
-
-
-def sampled_integration(
-    scheme: UpwindScheme, scenario: Scenario, until: float, *, method: str, samples: int = 2001
-) -> SampledRun:
-    """Motion of the scheme by an integrator, :func:`lure.analysis.rod.comparison.integrators.integrate`.
-
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the run [s].
-    method : {"LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE"}
-        The integrator.
-    samples : int
-        Number of instants.
-
-    Returns
-    -------
-    SampledRun
-        OBSERVED evidence about the scheme, not about the rod; the error is not estimated.
-
-    Raises
-    ------
-    InputError
-        An argument is out of range, scikit-sundae is missing, or the integrator gives up.
-    """
-    check_samples(samples)
-    run = integrate(scheme, scenario, until, method=cast("SchemeMethod", method), rtol=RTOL, samples=samples)
-    library = "SUNDIALS" if method == "CVODE" else "scipy"
-    plain = _of_end(scheme, scenario, run.t, run.z, run.contacts)
-    counted = {} if run.evaluations is None else {"evaluations": run.evaluations}
-    return replace(
-        plain,
-        method=f"{method} of {library}, each step to {RTOL:g}, stopped at contact and release",
-        v_end=run.velocity,
-        energy=run.energy,
-        details={**plain.details, "integrator": method, "rtol": RTOL, **counted},
     )
 
 

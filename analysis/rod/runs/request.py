@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import cast
 
-from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_integration, sampled_motion, sampled_scheme
+from lure.analysis.rod.runs.methods import sampled_galerkin, sampled_motion, sampled_scheme
 from lure.analysis.rod.runs.sampled import SampledRun, check_places, check_samples, sparse
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS
 from lure.errors import InputError, demand_seconds
@@ -185,13 +185,14 @@ def _cells(request: Request, system: RodSystem) -> int:
 
 def _of_scheme(system: RodSystem, request: Request) -> SampledRun:
     scheme = upwind(system.rod, _cells(request, system), form=system.form)
-    if request.method == "scheme":
-        return sampled_scheme(scheme, system.scenario, request.until, samples=request.samples, places=request.places)
-    if request.places:
-        raise InputError(
-            f"fields is {request.places}; method {request.method} keeps the end of the rod only, give none"
-        )
-    return sampled_integration(scheme, system.scenario, request.until, method=request.method, samples=request.samples)
+    return sampled_scheme(
+        scheme,
+        system.scenario,
+        request.until,
+        method=request.method,
+        samples=request.samples,
+        places=request.places,
+    )
 
 
 def _exact(system: RodSystem, request: Request, *, energy: bool, progress: Callable[..., None] | None) -> Performed:

@@ -165,14 +165,7 @@ def chebyshev_points(count: int) -> Array:
 
 def chebyshev_values(points: ArrayLike, count: int) -> Array:
     """Values ``T_0 .. T_{count-1}`` of the Chebyshev polynomials of ``[0, 1]`` at ``points``, (k, count)."""
-    x = 2.0 * np.asarray(points, dtype=float) - 1.0
-    values = np.empty((x.size, count))
-    values[:, 0] = 1.0
-    if count > 1:
-        values[:, 1] = x
-    for j in range(2, count):
-        values[:, j] = 2.0 * x * values[:, j - 1] - values[:, j - 2]
-    return values
+    return np.asarray(np.polynomial.chebyshev.chebvander(2.0 * np.asarray(points, dtype=float) - 1.0, count - 1))
 
 
 def chebyshev_fit(count: int) -> Array:
