@@ -35,10 +35,10 @@ Proof.
 Qed.
 
 (* A gain p / q as (q, p); sigma_i = q_i s_i, phi_i = p_i s_i. *)
-Definition gain := (Z * Z)%type.
-Fixpoint with_gains (fixed : list gain) : list (list Z) :=
+Definition ratio := (Z * Z)%type.
+Fixpoint with_gains (fixed : list ratio) : list (list Z) :=
   match fixed with (q, p) :: r => [q] :: [p] :: map (cons 0%Z) (with_gains r) | [] => [] end.
-Fixpoint within_gains (bounds : list (gain * gain)) (y : list R) : Prop :=
+Fixpoint within_gains (bounds : list (ratio * ratio)) (y : list R) : Prop :=
   match bounds, y with
   | ((q, p), (r, s)) :: b, x :: f :: y' =>
       (exists d, IZR p / IZR q <= d <= IZR s / IZR r /\ f = d * x) /\ within_gains b y'
@@ -46,7 +46,7 @@ Fixpoint within_gains (bounds : list (gain * gain)) (y : list R) : Prop :=
   | _, _ => False
   end.
 (* At each vertex of the box, and concave in each gain. *)
-Fixpoint at_vertices (Pi : list (list Z)) (fixed : list gain) (bounds : list (gain * gain)) : bool :=
+Fixpoint at_vertices (Pi : list (list Z)) (fixed : list ratio) (bounds : list (ratio * ratio)) : bool :=
   match bounds with
   | [] => nonneg (length fixed) (bilinear Pi (with_gains fixed) (with_gains fixed))
   | ((q, p), (r, s)) :: b =>
@@ -128,14 +128,14 @@ Qed.
 
 (* ---- The same by cones: with one sign of each sigma_i, (sigma_i, phi_i) is a combination of both ends ---- *)
 
-Definition turned (g : gain) : gain := let '(q, p) := g in ((- q)%Z, (- p)%Z).
-Fixpoint with_ends (fixed : list (gain * gain)) : list (list Z) :=
+Definition turned (g : ratio) : ratio := let '(q, p) := g in ((- q)%Z, (- p)%Z).
+Fixpoint with_ends (fixed : list (ratio * ratio)) : list (list Z) :=
   match fixed with
   | ((q, p), (r, s)) :: f => [q; r] :: [p; s] :: map (fun row => 0%Z :: 0%Z :: row) (with_ends f)
   | [] => []
   end.
 Inductive orthants := Cone (t : halves) | Both (s t : orthants).
-Fixpoint in_orthants (Pi : list (list Z)) (fixed bounds : list (gain * gain)) (t : orthants) : bool :=
+Fixpoint in_orthants (Pi : list (list Z)) (fixed bounds : list (ratio * ratio)) (t : orthants) : bool :=
   match bounds, t with
   | [], Cone t => copositive Pi (with_ends fixed) (2 * length fixed) t
   | (g, h) :: b, Both s t =>

@@ -56,3 +56,11 @@ Proof.
     apply IZR_lt in pos; cbn [qf]; apply (Rmult_le_reg_l (IZR a)); [exact pos|].
     pose proof (Rle_0_sqr (IZR a * x + dot v z)) as S0; unfold Rsqr in S0; lra.
 Qed.
+(* The same of numbers of which the last k digits are cut off first. *)
+Definition definite_by (n : nat) (k : Z) (M : triangle) : bool := (0 <=? k)%Z && (n <=? length M)%nat && definite n (below n k M).
+Lemma definite_by_sound : forall n k M z, definite_by n k M = true -> length z = n -> 0 <= qf M z.
+Proof.
+  intros n k M z H L; unfold definite_by in H; rewrite !andb_true_iff, Z.leb_le, Nat.leb_le in H; destruct H as [[K long] H].
+  pose proof (below_sound n k M z K ltac:(lia) ltac:(lia)) as B; rewrite L, Rminus_diag_eq, Rmult_0_l, Rmult_0_r in B by reflexivity.
+  pose proof (Rmult_le_pos _ _ (IZR_le 0 _ (Z.pow_nonneg 2 k ltac:(lia))) (definite_sound n _ z H L)); lra.
+Qed.

@@ -184,7 +184,7 @@ class _Driven:
             yield from (Fraction(10) ** k for k in range(1, 7))
             return
         at = exact(self.shown["omega"])
-        yield from (at.limit_denominator(10**k) for k in range(1, 13) if at.limit_denominator(10**k))
+        yield from (near for k in range(1, 13) if (near := at.limit_denominator(10**k)) or not (at or self.discrete))
         yield from (at + Fraction(1, 10**k) for k in range(1, 13))
 
     def started(self, late: Complex) -> _Signal:

@@ -193,14 +193,14 @@ class FallingTheorem:
         f = self.forms
         if not f.block:
             return []
-        ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds)
+        ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds[: len(self.own)])
         signs = [f"Definition signs : orthants := {self.orthants()}%Z."] if f.cones else []
         test = "in_orthants block [] box signs" if f.cones else "at_vertices block [] box"
         return [
             f"Definition block : list (list Z) := {integers(f.block)}%Z.",
             f"Definition pairs : list (list Z) := {integers(f.pairs)}%Z.",
             "Definition products : list term := bilinear block pairs pairs.",
-            f"Definition box : list (gain * gain) := [{ends}]%Z.",
+            f"Definition box : list (ratio * ratio) := [{ends}]%Z.",
             *signs,
             f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.",
         ]

@@ -27,8 +27,8 @@ def gaining_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
-    if data["theorem"] not in ("diagonal-circle", "diagonal-popov"):
-        raise refused(f"a gain by {data['theorem']} has no export; by diagonal-circle and diagonal-popov it has one")
+    if not data["theorem"].startswith(("diagonal", "full-block")):
+        raise refused(f"a gain by {data['theorem']} has no export; by diagonal and full-block multipliers it has one")
     for given in candidates(data):
         loop = with_inputs(given, _outputs(data))
         found = _bounded(loop)
@@ -93,20 +93,21 @@ class _Gain(FallingTheorem):
     def text(self, claim: str) -> str:
         """The whole file."""
         origin = f"{self.data['theorem']} of a gain, {self.data['proof']['method']}"
-        libraries = ("forms.v", "flow.v", "gains.v")
+        libraries = ("forms.v", "flow.v", "gains.v", *self.blocked())
         return whole_file(claim, origin, libraries, ["\n".join(self.definitions()), self.witness(), self.theorem()])
 
     def witness(self) -> str:
         """The numbers of the proof, and the test that they pass."""
         f = self.forms
-        lists, sides = (("P", f.P), ("now", f.now), ("next", f.then)), [("products", f.products[: self.first])]
-        sides += [("supply", f.products[self.first :])]
+        lists, sides = (("P", f.P), ("now", f.now), ("next", f.then)), [("supply", f.products[-len(self.outputs) :])]
+        sides += [] if f.block else [("products", f.products[: self.first])]
         sides += [] if self.discrete else [("low", f.low), ("turn", f.turn)]
         lines = [
             "(* V = x^T P x, and integrals, rise by less than w lets them, by Lagrange's reduction of two forms. *)"
         ]
         lines += [f"Definition {name} : list (list Z) := {integers(rows)}%Z." for name, rows in lists]
         lines += [f"Definition {name} : list term := {terms(given)}%Z." for name, given in sides]
+        lines += self.box()
         inner = "supply products" if self.discrete else "low turn supply products"
         test = f"bounded_{'by_steps' if self.discrete else 'in_time'} {f.size} P now next {inner}"
         lines.append(f"Lemma bounded : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")

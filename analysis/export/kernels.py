@@ -24,11 +24,11 @@ from lure.analysis.export.quadratic import (
     Term,
     Vector,
     bilinear,
-    definite,
     less,
     mix,
     nonnegative,
     rounded,
+    shortest,
     whole,
 )
 from lure.analysis.export.words import folded, integers, number, refused, whole_file
@@ -166,7 +166,8 @@ class _Kernels:
             held = [[round(v * 2 ** (power + 16)) for v in row] for row in P]
             scaled = [[v * self.scale for v in row] for row in held]
             terms = [*self.form(), *self.room(), *bilinear(scaled, now, then), *bilinear(scaled, then, now)]
-            if definite([(-c, u, v) for c, u, v in terms], self.size):
+            self.cut = shortest([(-c, u, v) for c, u, v in terms], self.size)
+            if self.cut >= 0:
                 return [[*(2 * v for v in row[:i]), row[i]] for i, row in enumerate(held)]
         raise refused("its inequality leaves no room that can be told")
 
@@ -280,7 +281,7 @@ class _Kernels:
             listed = "; ".join(f"({c}, ({u}, {v}))" for (c, *_), (u, v) in zip(terms, words, strict=True))
             lines.append(f"Definition {name} : list term := [{listed}]%Z.")
         tests = (
-            ("holds", f"on_axis {self.size} P now next supply room"),
+            ("holds", f"on_axis {self.size} {self.cut} P now next supply room"),
             (
                 "falls",
                 f"inside_test {n + m} lyapunov (firstn {n} now) (firstn {n} next) {self.zero} {self.lyapunov[1]} 1",
@@ -422,7 +423,7 @@ class _Kernels:
             *lines,
             "    unfold both; cbn [value]; ring. }",
             f"  assert (K : fst (cmul (real {self.unit}) (0, w)) = 0) by (cbn [cmul real fst snd]; ring).",
-            "  pose proof (on_axis_sound _ P now next supply room z _ holds eq_refl M K) as H.",
+            "  pose proof (on_axis_sound _ _ P now next supply room z _ holds eq_refl M K) as H.",
             f"  rewrite T, U in H; apply (Rmult_le_reg_l {q}); lra.\nQed.",
         ]
 

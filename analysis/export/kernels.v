@@ -72,14 +72,14 @@ Lemma adjoint : forall x a b, re (cmul (conj_ a) (cmul (conj_ x) b)) = re (cmul 
 Proof. intros; unfold re; cbn [cmul conj_ fst snd]; ring. Qed.
 
 (* The test, and what it shows. *)
-Definition on_axis (n : nat) (P now next : list (list Z)) (supply room : list term) : bool :=
-  definite n (matrix (times (-1) (supply ++ room ++ turns P now next))).
-Lemma on_axis_sound : forall n P now next supply room z s, on_axis n P now next supply room = true -> length z = n ->
+Definition on_axis (n : nat) (k : Z) (P now next : list (list Z)) (supply room : list term) : bool :=
+  definite_by n k (matrix (times (-1) (supply ++ room ++ turns P now next))).
+Lemma on_axis_sound : forall n k P now next supply room z s, on_axis n k P now next supply room = true -> length z = n ->
   moves s now next z -> fst s = 0 -> both supply z + both room z <= 0.
 Proof.
-  intros n P now next supply room z s T L M S0; unfold on_axis in T.
-  pose proof (definite_sound n _ (map fst z) T ltac:(now rewrite map_length)) as A.
-  pose proof (definite_sound n _ (map snd z) T ltac:(now rewrite map_length)) as B; rewrite value_matrix in A, B.
+  intros n k P now next supply room z s T L M S0; unfold on_axis in T.
+  pose proof (definite_by_sound n k _ (map fst z) T ltac:(now rewrite map_length)) as A.
+  pose proof (definite_by_sound n k _ (map snd z) T ltac:(now rewrite map_length)) as B; rewrite value_matrix in A, B.
   assert (0 <= both (times (-1) (supply ++ room ++ turns P now next)) z) as H by (unfold both; lra).
   rewrite both_times, !both_app, (turns_at P _ _ _ _ M), S0 in H; lra.
 Qed.

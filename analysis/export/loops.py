@@ -214,10 +214,11 @@ def _several(certificate: Data) -> Iterator[Loop]:
         alone = [one["channels"] == [i] and one["kind"] == "sector" for i, one in enumerate(data["forms"], 1)]
         if alone == [True] * len(certificate["laws"]["channels"]):  # no channel beside another
             kind, data = "diagonal", {**data, "lambda": [one["rows"][0][0] for one in data["forms"]]}
-    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or "semidefinite" in proof:
-        raise refused(f"{name} has no export; diagonal and full-block ones with a form that is definite have one")
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
+    critical = "semidefinite" in proof and not asked.performance
+    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or critical:
+        raise refused(f"{name} has no export; diagonal and full-block ones with a form that is definite have one")
     others = [block for block in asked.operators if block != asked.performance]
     if others or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
         raise refused("a channel is no function of sigma in a sector: it is an operator, has memory, a delay or a rate")
@@ -241,12 +242,12 @@ def _several(certificate: Data) -> Iterator[Loop]:
     if not rows:
         raise refused("all its states belong to eigenvalues 0, or 1 in discrete time, and nothing tends to 0")
     loop = replace(loop, bounds=bounds, theta=theta, rows=rows)
-    if kind == "diagonal":
-        loop = replace(loop, weights=[2 * v for v in numbers(data["lambda"])])
-    else:
-        Pi, places = triangle(data["Pi"], 2 * m), [j for i in range(m) for j in (i, m + i)]
+    loop = replace(loop, weights=[2 * v for v in numbers(data.get("lambda", []))])
+    if kind != "diagonal":
+        k = m - len(asked.performance or [])
+        Pi, places = triangle(data["Pi"], 2 * k), [j for i in range(k) for j in (i, k + i)]
         loop = replace(
-            loop, block=[[Pi[i][j] for j in places] for i in places], cones=_cones(data.get("N", []), bounds)
+            loop, block=[[Pi[i][j] for j in places] for i in places], cones=_cones(data.get("N", []), bounds[:k])
         )
     for P in _matrices(H, loop, proof, modes):
         for own in (*(rounded(P, bits) for bits in BITS), P):

@@ -49,7 +49,6 @@ class Graph:
             low, high = self.finite(sorted(points), low, high)
         if family.relu or family.linear or not family.sector[0] <= low < high <= family.sector[1]:
             raise refused("its class is of ReLUs or of constant gains, or has slope bounds beyond those of the sector")
-        self.given = sorted(points)
         if not self.steep:  # rays along the lower bound
             far = 1 + max(abs(x) for x, _ in points)
             points |= {(-far, -low * far), (far, low * far)}
@@ -81,33 +80,30 @@ class Graph:
             f"Definition graph{m} : R -> R := {f'oddly {self.f}' if self.odd else self.f}.",
             f"Lemma in_order{m} : ascending {self.pairs[0][0]} points{m}.",
             f"Proof. unfold points{m}; simpl; repeat split; lra. Qed.",
-            f"Lemma on{m} : forall p, In p (({self.pairs[0][0]}, {self.pairs[0][1]}) :: points{m}) ->"
-            f" {self.f} (fst p) = snd p.",
+            f"Definition corners{m} : list (R * R) := ({self.pairs[0][0]}, {self.pairs[0][1]}) :: points{m}.",
+            f"Lemma on{m} : forall p, In p corners{m} -> {self.f} (fst p) = snd p.",
             f"Proof. intros p I; exact ({shown}). Qed.",
+            *self.mirrored(),
+            f"Lemma graph_at{m} : forall i, (i <? length corners{m})%nat = true ->"
+            f" graph{m} (fst (nth i corners{m} (0, 0))) = snd (nth i corners{m} (0, 0)).",
+            f"Proof. intros i I; apply {'oddly_on' if self.odd else 'on'}{m}, nth_In, Nat.ltb_lt, I. Qed.",
         ]
-        for i, (x, y) in enumerate(self.given):
-            lines.append(f"Lemma value{m}_{i} : graph{m} {number(x)} = {number(y)}.")
-            lines.append(f"Proof. unfold graph{m}; {self.through(x, y)}. Qed.")
-        zero = f"value{m}_{self.given.index((Fraction(0), Fraction(0)))}"
-        return [*lines, *(self.by_slopes(zero) if self.steep else self.by_cones())]
+        return [*lines, *(self.by_slopes() if self.steep else self.by_cones())]
 
-    def at(self, point: Point) -> str:
-        """That a point is one of those that ``f`` goes through."""
-        k, name = self.points.index(point), f"({number(point[0])}, {number(point[1])})"
-        return f"apply (on{self.mark} {name}); unfold points{self.mark}; {f'do {k} right; ' * bool(k)}left; reflexivity"
-
-    def through(self, x: Fraction, y: Fraction) -> str:
-        """That ``phi x = y``."""
-        if not self.odd:
-            return self.at((x, y))
-        other = "; ".join(f"replace (- {number(v)}) with {number(-v)} by field" for v in (x, y))
-        return f"apply (oddly_point {self.f}); [{self.at((x, y))}|{other}; {self.at((-x, -y))}]"
+    def mirrored(self) -> list[str]:
+        """That an odd graph goes through the points: with each of them its opposite is one."""
+        m, step = self.mark, "apply (f_equal2 cons); [apply (f_equal2 pair); lra|]"
+        return [
+            f"Lemma oddly_on{m} : forall p, In p corners{m} -> graph{m} (fst p) = snd p.",
+            f"Proof.\n  apply (oddly_points {self.f} corners{m} on{m}).",
+            f"  unfold corners{m}, points{m}; cbn [map rev app fst snd]; repeat ({step}); reflexivity.\nQed.",
+        ] * self.odd
 
     def named(self, x: Fraction) -> str:
-        """The lemma that tells the value at a given point."""
-        return f"value{self.mark}_{[u for u, _ in self.given].index(x)}"
+        """That the graph goes through a given point."""
+        return f"(graph_at{self.mark} {[u for u, _ in self.points].index(x)}%nat eq_refl)"
 
-    def by_slopes(self, zero: str) -> list[str]:
+    def by_slopes(self) -> list[str]:
         """That the slopes of the graph are those of the class."""
         m, bounds = self.mark, f"{self.low} {self.high}"
         return [
@@ -116,7 +112,7 @@ class Graph:
             f"  assert (S : slopes_in {bounds} {self.f}).",
             f"  {{ apply through_steep; [lra|exact in_order{m}|unfold points{m}; simpl; repeat split; lra]. }}",
             f"  assert (T : slopes_in {bounds} graph{m}) by ({'apply oddly_steep; ' * self.odd}exact S).",
-            f"  split; [apply in_sector_of_slopes; [exact T|exact {zero}]|].",
+            f"  split; [apply in_sector_of_slopes; [exact T|exact {self.named(Fraction(0))}]|].",
             f"  {'split; [exact T|apply oddly_odd]' if self.odd else 'exact T'}.",
             "Qed.",
         ]

@@ -99,8 +99,14 @@ Lemma oddly_steep : forall a b f, slopes_in a b f -> slopes_in a b (oddly f).
 Proof.
   intros a b f S s t st; unfold oddly; pose proof (S s t st); pose proof (S (- t) (- s) ltac:(lra)); lra.
 Qed.
-Lemma oddly_point : forall f x y, f x = y -> f (- x) = - y -> oddly f x = y.
-Proof. intros f x y A B; unfold oddly; rewrite A, B; field. Qed.
+(* Through points of which each has its opposite. *)
+Lemma oddly_points : forall f pts, (forall p, In p pts -> f (fst p) = snd p) ->
+  map (fun p => (- fst p, - snd p)) pts = rev pts -> forall p, In p pts -> oddly f (fst p) = snd p.
+Proof.
+  intros f pts H M p I; unfold oddly; rewrite (H p I).
+  pose proof (in_map (fun p => (- fst p, - snd p)) pts p I) as J; rewrite M, <- in_rev in J.
+  pose proof (H _ J) as E; cbn [fst snd] in E; rewrite E; field.
+Qed.
 Lemma in_sector_of_slopes : forall a b f, slopes_in a b f -> f 0 = 0 -> in_sector a b f.
 Proof.
   intros a b f S Z; split; [exact Z|]; intro y; destruct (Rtotal_order y 0) as [H|[->|H]].

@@ -153,7 +153,11 @@ def semidefinite(rows: list[list[int]]) -> bool:
 
 def definite(terms: Iterable[Term], size: int) -> bool:
     """``positive`` of the Coq files: the same in numbers of bounded length, where the form is above 0."""
-    rows = matrix_of(terms, size)
+    return _definite(matrix_of(terms, size))
+
+
+def _definite(rows: list[list[int]]) -> bool:
+    """``definite`` of the Coq files, of an upper triangle by rows."""
     while rows:
         (a, *v), *rest = rows
         if a <= 0:
@@ -165,6 +169,17 @@ def definite(terms: Iterable[Term], size: int) -> bool:
         for row in rows:
             row[0] -= len(rest)
     return True
+
+
+def shortest(terms: Iterable[Term], size: int) -> int:
+    """How many binary digits ``definite_by`` of the Coq files may cut off from a form; -1 if it is not seen even so."""
+    rows = matrix_of(terms, size)
+    low, high = -1, max(row[0] for row in rows).bit_length()
+    while high - low > 1:
+        k = (low + high) // 2
+        held = _definite([[(a >> k) - len(rows), *(v >> k for v in rest)] for a, *rest in rows])
+        low, high = (k, high) if held else (low, k)
+    return low
 
 
 def bilinear(P: list[list[int]], left: list[list[int]], right: list[list[int]], sign: int = 1) -> list[Term]:
@@ -191,7 +206,7 @@ def whole_loop(loop: Loop) -> Forms | None:
     given, factors, halves, pairs, units = [], [], [], [], []
     for i in channels:
         (low, high), phi, sigma = loop.bounds[i], loop.phi[i], loop.sigma[i]
-        if loop.block:
+        if 2 * i < len(loop.block):
             own = math.lcm(*(v.denominator for v in (*phi, *sigma)))
             pairs += [whole(sigma, own)[0], whole(phi, own)[0]]
             units += [own, own]
@@ -234,7 +249,7 @@ def whole_loop(loop: Loop) -> Forms | None:
     return Forms(
         size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, factor=K,
         factors=factors,
-        products=products or bilinear(block, pairs, pairs), low=below, turn=turn, times=0, block=block, pairs=pairs,
+        products=[*bilinear(block, pairs, pairs), *products], low=below, turn=turn, times=0, block=block, pairs=pairs,
         cones=[[[int(2 * v * K) for v in row[i:]] for i, row in enumerate(M)] for M in cones],
         integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves],
     )  # fmt: skip

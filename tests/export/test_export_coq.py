@@ -20,7 +20,7 @@ from lure.analysis.certificates.systems import system_of
 from lure.analysis.export import coq_text, powers
 from lure.analysis.export.circle import tree
 from lure.analysis.export.orbits import orbit_text
-from lure.analysis.export.quadratic import definite, matrix_of, nonnegative, rounded
+from lure.analysis.export.quadratic import definite, matrix_of, nonnegative, rounded, shortest
 from lure.analysis.export.relying import halves
 from lure.analysis.export.waves import ONE, Waves, angle
 from lure.errors import InputError
@@ -233,6 +233,12 @@ def test_what_a_step_cuts_off_is_made_up_for():
     assert definite([*square, (1 << 10, [0, 1], [0, 1])], 2)
     assert not definite(square, 2)
     assert not definite([*square, (-1, [0, 1], [0, 1])], 2)
+
+
+# 2^40 (x^2 + y^2): entries 2^41 of which k digits are cut off and that give way by 2 leave something for k <= 39
+def test_digits_are_cut_off_while_the_form_is_seen():
+    assert shortest([(1 << 40, [1, 0], [1, 0]), (1 << 40, [0, 1], [0, 1])], 2) == 39
+    assert shortest([(1, [1, 1], [1, 1])], 2) == -1
 
 
 @needs_coq

@@ -30,7 +30,7 @@ def member(system, least, gains, omega, *given):
 
 
 def lag():
-    """``1/(s + 1)`` is 1 at 0, above 99/100 also at 1/10."""
+    """``1/(s + 1)`` is 1 at 0, above 99/100: from rest to the constant 1."""
     return member(LAG, "100/99", ["0", "0"], "0", ["1", "0"])
 
 
@@ -86,6 +86,10 @@ def test_more_comes_through_than_the_gain_allows_from_rest(written):
     assert CASES[written][0] in stated
     assert "0 <= g0 <= (1 / 2) /\\" in stated  # the class
     assert f"x 0%nat {'0%nat' if written is samples else '0'} = 0 /\\" in stated
+
+
+def test_an_input_of_the_frequency_0_is_constant_later_on():
+    assert "Definition x0 : R -> R := wave [0; 0; 3; (-2)] 1 0 0." in lag()  # t^2 (3 - 2 t) up to 1
 
 
 def test_an_infinite_gain_by_a_pole_elsewhere_is_refused():

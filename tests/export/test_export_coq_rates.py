@@ -90,29 +90,35 @@ def test_popovs_terms_with_a_rate_compile_and_what_is_falsified_does_not(sign, l
         assert not compiled(library, changed(text, right, wrong))[0], (right, wrong)
 
 
-def gain(*, popov=False):
+def gain(name="diagonal-circle"):
     """``x' = -x - phi(x) + w``, ``z = x``: the gain is 1, for ``phi = 0``.
 
-    With ``V = x^2`` and ``2 phi (x - phi) >= 0`` what is left is ``2 x^2 - 2 x w + 2 phi^2 >= x^2 - w^2``.
+    With ``V = x^2`` and ``2 phi (x - phi) >= 0`` what is left is ``2 x^2 - 2 x w + 2 phi^2 >= x^2 - w^2``.  The full
+    block is that product and a thousandth of ``x^2 + phi^2``.  Beside a
+    state with ``y' = x``, which nothing depends on, ``V`` is semidefinite.
     """
+    beside, popov = name == "beside", name.endswith("popov")
     law = {"sector": ["0", "1"], "slope": None, "odd": False, "time_varying": not popov, "linear": False}
     ends = {"sector": ["-100/101", "100/101"], "time_varying": True, "operator": "performance"}
     plant = {"kind": "multivariable", "time": "continuous", "A": [["-1"]], "B": [["1", "1"]]}
     plant |= {"C": [["1"], ["1"]], "D": [["0", "0"], ["0", "0"]]}
     laws = {"channels": [law, law | ends], "repeated": False}
     given = {"lambda": ["1", "1/2"], **({"theta": ["1/8", "0"]} if popov else {})}
-    draft = {
-        "verdict": "PROVED",
-        "system": plant,
-        "laws": laws,
-        "multiplier": given,
-        "proof": {"method": "determinant"},
-    }
-    return complete_and_check(draft | {"theorem": "diagonal-popov" if popov else "diagonal-circle"})
+    proof = {"method": "determinant"}
+    if name.startswith("full-block"):
+        given |= {"lambda": ["0", "1/2"], "Pi": [["1/1000"], ["1", "-1999/1000"]]}
+        proof = {"method": "matrix", "exponent": 0, "P": [["1"]]}
+    if beside:
+        plant |= {"A": [["-1", "0"], ["1", "0"]], "B": [["1", "1"], ["0", "0"]], "C": [["1", "0"], ["1", "0"]]}
+        proof = {"method": "matrix", "exponent": 0, "P": [["1"], ["0", "0"]], "semidefinite": True}
+    draft = {"verdict": "PROVED", "system": plant, "laws": laws, "multiplier": given, "proof": proof}
+    return complete_and_check(draft | {"theorem": "diagonal-circle" if beside else name})
 
 
 def test_a_gain_is_said_of_the_energies_of_w_and_z():
     text = coq_text(gain())
+    for name in ("beside", "full-block-circle"):
+        assert "forall t, s <= t -> Ez t - Ez s <= (10201 / 10000) * (Ew t - Ew s)." in coq_text(gain(name))
     assert "(forall t, 0 < t -> derivable_pt_lim Ez t (output x w t ^ 2)) ->" in text
     assert "forall t, s <= t -> Ez t - Ez s <= (10201 / 10000) * (Ew t - Ew s)." in text
     found = l2_gain("1/(z - 1/2)", Sector(0, 0.5)).proof  # 1/(z - 1/2 + g), g from 0 to 1/2: 2
@@ -123,9 +129,9 @@ def test_a_gain_is_said_of_the_energies_of_w_and_z():
 
 @needs_coq
 @pytest.mark.slow
-@pytest.mark.parametrize("popov", [False, True])
-def test_a_gain_compiles_and_what_is_falsified_does_not(popov, library):
-    text = coq_text(gain(popov=popov))
+@pytest.mark.parametrize("name", ["diagonal-circle", "diagonal-popov", "full-block-popov", "beside"])
+def test_a_gain_compiles_and_what_is_falsified_does_not(name, library):
+    text = coq_text(gain(name))
     ok, said = compiled(library, text)
     assert ok, said
     assert resting_on_axioms(said)
