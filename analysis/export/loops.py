@@ -242,7 +242,7 @@ def _several(certificate: Data) -> Iterator[Loop]:
     if not rows:
         raise refused("all its states belong to eigenvalues 0, or 1 in discrete time, and nothing tends to 0")
     loop = replace(loop, bounds=bounds, theta=theta, rows=rows)
-    loop = replace(loop, weights=[2 * v for v in numbers(data.get("lambda", []))])
+    loop = replace(loop, weights=[2 * v for v in numbers(data["lambda"])] if "lambda" in data else [])
     if kind != "diagonal":
         k = m - len(asked.performance or [])
         Pi, places = triangle(data["Pi"], 2 * k), [j for i in range(k) for j in (i, k + i)]

@@ -67,7 +67,8 @@ class Graph:
     def said(self, name: str) -> str:
         """That ``name`` is in the class."""
         bounds = f"{self.low} {self.high} {name}"
-        said = [f"in_sector {bounds}", *[f"slopes_in {bounds}"] * self.steep, *[f"odd {name}"] * self.odd]
+        said = [f"in_sector {bounds}", f"slopes_in {bounds}" if self.steep else f"(exists a b, slopes_in a b {name})"]
+        said += [f"odd {name}"] * self.odd
         return " /\\ ".join(said)
 
     def lemmas(self) -> list[str]:
@@ -123,16 +124,18 @@ class Graph:
         for (x, _), (before, _) in zip(self.points[1:], self.points, strict=False):
             side, apart = ("left" if x >= 0 else "right"), ("left" if before >= 0 else "right")
             cones.append(f"    split; [{side}; repeat split; lra|split; [{apart}; lra|]].")
+        steep = f"exists a, b; {'apply oddly_steep; ' * self.odd}exact S"
         return [
             f"Lemma class{m} : {self.said(f'graph{m}')}.",
             "Proof.",
+            f"  destruct (with_ray_steep {self.low} points{m} {self.start} ltac:(lra) in_order{m}) as [a [b S]].",
             f"  assert (C : forall s, cone {self.low} {self.high} s ({self.f} s)).",
             f"  {{ apply with_ray_cone; [lra|lra|exact in_order{m}|right; repeat split; lra|].",
             f"    unfold points{m}; simpl.",
             *cones,
             "    split; lra. }",
-            f"  {'split; [|apply oddly_odd]; ' * self.odd}apply in_sector_of_cone; {'apply oddly_cone; ' * self.odd}"
-            "exact C.",
+            f"  split; [apply in_sector_of_cone; {'apply oddly_cone; ' * self.odd}exact C|].",
+            f"  {f'split; [{steep}|apply oddly_odd]' if self.odd else steep}.",
             "Qed.",
         ]
 

@@ -34,9 +34,10 @@ Proof.
   intros a b d q pos [A B]; split; apply (Rmult_le_reg_r d); try assumption; unfold Rdiv;
     rewrite Rmult_assoc, Rinv_l; lra.
 Qed.
-Lemma through_steep : forall a b pts x y, a <= b -> ascending x pts -> steep a b x y pts -> slopes_in a b (through a x y pts).
+Lemma through_steep : forall a c b pts x y, a <= c <= b -> ascending x pts -> steep a b x y pts ->
+  slopes_in a b (through c x y pts).
 Proof.
-  intros a b pts x y ab; revert x y; induction pts as [|[x' y'] r IH]; intros x y A S s t st.
+  intros a c b pts x y ab; revert x y; induction pts as [|[x' y'] r IH]; intros x y A S s t st.
   - simpl; nra.
   - destruct S as [K S]; assert (Q := quotient a b (x' - x) (y' - y) ltac:(destruct A; lra) K).
     specialize (IH x' y' (proj2 A) S); set (q := (y' - y) / (x' - x)) in *.
@@ -134,6 +135,30 @@ Proof.
   intros l u pts x y lu neg A C S s; unfold with_ray; destruct (Rle_dec x s) as [L|L].
   - now apply (through_cone l u pts x y).
   - right; split; [lra|nra].
+Qed.
+Lemma steep_more : forall a b a' b' pts x y, a' <= a -> b <= b' -> ascending x pts -> steep a b x y pts -> steep a' b' x y pts.
+Proof.
+  intros a b a' b' pts; induction pts as [|[x' y'] r IH]; intros x y A B C S; [exact I|]; destruct C as [L C], S as [K S].
+  cbn [steep]; split; [split; nra|now apply IH].
+Qed.
+Lemma steep_some : forall l pts x y, ascending x pts -> exists a b, a <= l <= b /\ steep a b x y pts.
+Proof.
+  intros l pts; induction pts as [|[x' y'] r IH]; intros x y A; [exists l, l; split; [lra|exact I]|].
+  destruct A as [L A]; destruct (IH x' y' A) as [a [b [B S]]]; set (q := (y' - y) / (x' - x)).
+  assert (E : y' - y = q * (x' - x)) by (unfold q; field; lra).
+  pose proof (Rmin_l a q); pose proof (Rmin_r a q); pose proof (Rmax_l b q); pose proof (Rmax_r b q).
+  exists (Rmin a q), (Rmax b q); split; [lra|]; cbn [steep]; rewrite E; split; [split; nra|].
+  apply (steep_more a b); auto.
+Qed.
+Lemma with_ray_steep : forall l pts x y, y = l * x -> ascending x pts -> exists a b, slopes_in a b (with_ray l x y pts).
+Proof.
+  intros l pts x y E A; destruct (steep_some l pts x y A) as [a [b [lb S]]]; exists a, b; intros s t st.
+  unfold with_ray; pose proof (through_steep a l b pts x y lb A S) as T.
+  destruct (Rle_dec x s) as [K|K], (Rle_dec x t) as [M|M]; try lra; [now apply T| |nra].
+  assert (B : a * (t - x) <= through l x y pts t - y <= b * (t - x)).
+  { destruct M as [M| <-]; [|rewrite through_start by exact A; lra].
+    pose proof (T x t M) as N; rewrite through_start in N by exact A; exact N. }
+  rewrite E in *; split; nra.
 Qed.
 Lemma with_ray_points : forall l pts x y, ascending x pts ->
   forall p, In p ((x, y) :: pts) -> with_ray l x y pts (fst p) = snd p.

@@ -168,6 +168,11 @@ def full_block(*, cones=False, **rate):
     )
 
 
+@pytest.mark.parametrize("cones", [False, True])
+def test_a_full_block_is_tested_for_the_gains_of_both_classes(cones):
+    assert "box : list (ratio * ratio) := [((2, -1), (1, 1)); ((1, 0), (1, 5))]%Z." in full_block(cones=cones)
+
+
 @needs_coq
 @pytest.mark.thorough
 @pytest.mark.parametrize("rate", [{}, {"rate": "1/50"}])

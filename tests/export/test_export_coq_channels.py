@@ -43,7 +43,9 @@ def test_a_state_that_stays_is_a_solution_of_the_plant():
     assert "derivable_pt_lim (x 0%nat) t ((-1) * x 0%nat t + 2 * w 0%nat t + 1 * w 1%nat t)" in stated
     assert "  ~ tends_to (x 0%nat) 0.\n" in stated
     endless = resting(sector=["0", "finite"], slope=None)
-    assert "(in_sector 0 1 phi0) /\\" in endless  # a smaller class, with finite bounds
+    assert (
+        "(in_sector 0 1 phi0 /\\ (exists a b, slopes_in a b phi0)) /\\" in endless
+    )  # a smaller class, with finite bounds
     with pytest.raises(InputError, match="slope bounds beyond those of the sector"):
         resting(slope=["-1", "2"])
 
