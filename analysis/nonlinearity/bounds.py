@@ -45,7 +45,7 @@ from lure.errors import InputError, demand_whole
 from lure.exact import exact_number
 from lure.expressions.regularity import hull, nature, smooth
 from lure.expressions.rigorous import ball
-from lure.expressions.tree import ZERO, Apply, Node, Number, Variable, derivative
+from lure.expressions.tree import Apply, Node, Number, Variable, derivative
 from lure.nonlinearities import MovedNonlinearity, Quantiser, Tanh
 from lure.nonlinearities.shifted import steepest_chord
 from lure.record.values import exact_text
@@ -73,9 +73,9 @@ def piecewise_extrema(
 
 def _chord_target(piece: Piece) -> Target:
     tree = over_sigma(piece.tree, 1 if piece.low >= 0 else -1)
-    zero = Fraction(0)
-    vanishes = zero in (piece.low, piece.high) and difference_vanishes(piece.tree, ZERO, zero)
-    return Target(tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high, vanishes=vanishes)
+    return Target(
+        tree=tree, base=piece.tree, over_sigma=True, low=piece.low, high=piece.high, vanishes=piece.tends_to_zero
+    )
 
 
 def _slope_target(piece: Piece) -> Target:

@@ -108,6 +108,7 @@ _COMPARE: Mapping[str, Callable[[Fraction, int], bool]] = dict(
 )
 _TRUE, _FALSE = apply("==", ZERO, ZERO), apply("!=", ZERO, ZERO)
 _SINGULAR = ("sqrt", "log")
+_SHORT = Fraction(1, 2**64)  # so near to 0 branches that change elsewhere are chosen
 
 
 @described(frozen=True, slots=True)
@@ -123,6 +124,14 @@ class Piece:
     def middle(self) -> Fraction:
         """A point inside."""
         return _middle(self.low, self.high)
+
+    @property
+    def tends_to_zero(self) -> bool:
+        """Whether 0 is an end and visibly the limit there, which the value at 0 alone does not show: it may jump."""
+        if Fraction(0) not in (self.low, self.high):
+            return False
+        near = branches(self.tree, max(self.low, -_SHORT), min(self.high, _SHORT))
+        return not jumps_possible(near) and difference_vanishes(near, ZERO, Fraction(0))
 
 
 def pieces(tree: Node, low: End, high: End) -> tuple[Piece, ...]:

@@ -114,6 +114,7 @@ KNOWN = [
     ("tanh(x - 1) + tanh(1)", None, (0, None), (0, 1)),  # vanishes at 0, seen without numbers
     ("where(x > 1, exp(x) - exp(1) + tanh(1), tanh(x))", (-1, 2), None, (None, Fraction(math.exp(2)))),  # continuous
     ("where(x > 0, x*(1/tanh(x)), 0)", (-1, 1), (0, INF), (0, INF)),  # a jump from 0 to 1 at 0
+    ("sign(min(3, x**2))", None, (-INF, INF), None),  # 1 but at 0, where it jumps; 3 is met at an irrational point
     ("max(x**2 - 2, 0)", (-2, 2), (-1, 1), (-4, 4)),  # the kink, at the root of 2, is irrational
     ("sin(exp(x) - 1)", (-1, 0), None, (Fraction(math.exp(-1) * math.cos(math.exp(-1) - 1)), 1)),
 ]
