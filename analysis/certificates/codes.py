@@ -177,9 +177,8 @@ CODES = (
         tries=(
             "If phi(sigma)/sigma stays above a positive number, give the class that lower end: "
             "lure certify plant.toml --sector 0.1 2",
-            "A saturation, and any phi whose gain vanishes at infinity, lies in no such class: ask a local question, "
-            "with the least phi(sigma)/sigma while |sigma| stays bounded, or keep the integrators from winding up "
-            "(anti-windup).",
+            "A saturation, and any phi whose gain vanishes at infinity, lies in no such class: ask from where "
+            "solutions tend to 0, lure region plant.toml, or keep the integrators from winding up (anti-windup).",
         ),
     ),
     Code(

@@ -75,7 +75,8 @@ def lines(found: StabilityBound, *, stable: Sequence[GainInterval] | None) -> li
         said.append(gains)
     if proved and found.multiplier and found.multiplier != "1":
         theta = "" if found.theta is None or "theta" not in found.multiplier else f", theta = {found.theta:.7g}"
-        said.append(f"Multiplier: {found.multiplier}{theta}.")
+        kind = "Lyapunov function" if found.multiplier.startswith("V ") else "Multiplier"
+        said.append(f"{kind}: {found.multiplier}{theta}.")
     if found.unfinished:
         said.append(found.unfinished)
     if not proved and found.reason:

@@ -352,4 +352,5 @@ def _trajectory(loop: BatchLoop, run: Run) -> Trajectory:
         finding=run.finding,
         until=run.until * loop.seconds,
         discrete=loop.discrete,
+        unit=loop.unit,
     )

@@ -56,6 +56,7 @@ class Trajectory:
     finding: Finding = quantity("What the whole run showed, which may be longer than what is kept here")
     until: float = quantity("Length of the whole run", "s")
     discrete: bool = quantity("Whether time is discrete")
+    unit: str = quantity("Of the times, 'samples' where no sampling time is stated", default="s")
 
 
 class OutOfBudget(Exception):
@@ -90,7 +91,7 @@ class BatchLoop:
         self.values = kernel(nonlinearity)
         self.discrete, n = block.dt is not None, block.order
         unit = Fraction(1) if block.dt is not None else 1 / natural_frequency(block, gain)
-        self.seconds = float(unit if block.dt is None else block.dt)
+        self.seconds, self.unit = float(unit if block.dt is None else block.dt), "samples" if block.any_period else "s"
         exact = (
             block.realisation
         )  # its own matrices if it has any: a finely sampled companion form is spoilt by doubles

@@ -81,7 +81,7 @@ def plot_solutions(trajectories: Sequence[Trajectory], *, ax: Axes | None = None
     axes.set_yticks([-1, -0.5, 0, 0.5, 1])
     end = max(float(one.t[-1]) for one in shown)
     axes.set_xlim(0.0, end or 1.0)
-    return finish_axes(axes, "t [s]", "σ / largest |σ|", legend="upper right")
+    return finish_axes(axes, f"t [{shown[0].unit}]", "σ / largest |σ|", legend="upper right")
 
 
 def plot_channels(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:

@@ -148,13 +148,13 @@ def _local(nonlinearity: Nonlinearity, gains: tuple[GainInterval, ...], spans: s
     low = float(nonlinearity.sector.lower)
     said = [
         f"no class whose lower end is a stable gain, inside {spans}, contains {nonlinearity_text(nonlinearity)}: "
-        f"phi(sigma)/sigma falls to {low:.7g}; a global answer needs another phi, or a plant stable with that gain"
+        f"phi(sigma)/sigma falls to {low:.7g}; criteria for classes need another phi, or a plant stable with that gain"
     ]
     if any(_inside(small, gain) for gain in gains) and abs(large - low) < 1e-3 * abs(small - low):
         said.append(
-            "for small sigma the gain is stable: ask a local question, with the class whose lower end is the least "
-            "phi(sigma)/sigma while |sigma| stays bounded, or keep the integrator from winding up (anti-windup), or "
-            "take a phi whose gain does not vanish at infinity"
+            "for small sigma the gain is stable: ask lure region from where solutions tend to 0, perhaps from "
+            "everywhere; or take a phi whose gain does not vanish at infinity, or, where a controller integrates, an "
+            "anti-windup compensator"
         )
     return said
 

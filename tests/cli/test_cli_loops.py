@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -40,6 +41,12 @@ def test_the_sector_of_the_issue(lure):
     assert 6 * (1 - 1e-8) < low < 6 <= high <= 6 * (1 + 1e-12)
     assert data["theta"] == pytest.approx(1.5, rel=1e-3)
     assert data["hurwitz"] == [6, 6]
+
+
+def test_a_lyapunov_function_is_not_called_a_multiplier():
+    found = max_sector(RationalPlant([1], [1, 1]), criterion="popov")
+    for multiplier, kind in (("1 + theta s", "Multiplier"), ("V of degree 4", "Lyapunov function")):
+        assert f"{kind}: {multiplier}" in lines(replace(found, multiplier=multiplier), stable=None)[-1]
 
 
 @pytest.mark.slow

@@ -317,7 +317,7 @@ def test_a_pi_servo_with_a_saturation_gets_advice_that_can_be_followed():
     assert found.conclusion.headline == "Some odd phi with slope in [0, 1] destabilises the loop: phi = 0."
     assert "What the loop does with saturation" in found.statement
     assert not any(hint.startswith("take classes whose lower end") for hint in found.hints)
-    assert any("anti-windup" in hint and "local question" in hint for hint in found.hints)
+    assert any("anti-windup" in hint and "lure region" in hint for hint in found.hints)
 
 
 def test_the_reason_and_its_code_come_first():

@@ -138,7 +138,7 @@ class Slowly:
 )
 def test_a_local_question_is_advised_where_small_signals_are_stable(nonlinearity, local):
     said = advice._local(nonlinearity, gain_intervals(RationalPlant([1], [1, -1])), "(1, inf)")
-    assert "falls to 0; a global answer needs another phi" in said[0]
+    assert "falls to 0; criteria for classes need another phi" in said[0]
     assert len(said) == 1 + local
 
 

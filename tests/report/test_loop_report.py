@@ -425,6 +425,9 @@ def test_the_response_of_the_given_law_is_drawn_to_the_same_height(reports):
         assert len(curves) == min(len(runs), 4)
         assert [float(np.abs(curve).max()) for curve in curves] == pytest.approx([1.0] * len(curves))
         assert str(runs[0].finding) in axes.get_legend().get_texts()[0].get_text()
+        assert axes.get_xlabel() == "t [s]"
+        untimed = plot_solutions([replace(one, unit="samples") for one in runs])
+        assert untimed.get_xlabel() == "t [samples]"
         pyplot.close("all")
     with pytest.raises(InputError, match="no trajectory"):
         plot_solutions([])

@@ -177,7 +177,9 @@ def _sentence(runs: Runs) -> str:
     if longest == 0:
         return "the nonlinearity was not simulated: a solution takes more evaluations of it than are granted"
     seen = [float(np.abs(run.sigma[np.isfinite(run.sigma)]).max(initial=0.0)) for run in runs]
-    words = f"{len(runs)} simulated solutions over up to {longest:.4g} s, with |sigma| up to {max(seen):.3g}"
+    words = (
+        f"{len(runs)} simulated solutions over up to {longest:.4g} {runs[0].unit}, with |sigma| up to {max(seen):.3g}"
+    )
     if found[Finding.CONVERGES] == len(runs):
         return f"{words}: all converged to 0, |sigma| ended below a ten-thousandth of its largest value"
     parts = [f"{found[Finding.CONVERGES]} converged to 0"] if found[Finding.CONVERGES] else []
@@ -188,9 +190,8 @@ def _sentence(runs: Runs) -> str:
 def _against(found: LoopAnalysis, run: Trajectory) -> str:
     return (
         f"what is said to be proved of {found.problem.name}, {found.statement!r:.200}, is contradicted by a simulated "
-        f"solution with {run.nonlinearity}, which {run.finding} within {run.until:.4g} s ({run.start}); one of the two "
-        f"is "
-        "wrong, or what is declared of the nonlinearity is false: please report the loop"
+        f"solution with {run.nonlinearity}, which {run.finding} within {run.until:.4g} {run.unit} ({run.start}); one "
+        "of the two is wrong, or what is declared of the nonlinearity is false: please report the loop"
     )
 
 
