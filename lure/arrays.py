@@ -1,7 +1,7 @@
 """numpy and scipy, each loaded when it is first used: what is exact does without them."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, cached_property, wraps
 from importlib import import_module
 from types import ModuleType
@@ -58,6 +58,11 @@ def one_thread(function: Callable[_P, _R]) -> Callable[_P, _R]:
             return function(*args, **kwargs)
 
     return limited
+
+
+def in_doubles(rows: Iterable[Iterable[Any]]) -> Reals:
+    """A matrix that is given row by row, each entry rounded to a double."""
+    return np.array([[float(v) for v in row] for row in rows])
 
 
 def balanced(A: NDArray) -> tuple[NDArray, NDArray]:

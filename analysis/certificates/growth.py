@@ -14,7 +14,7 @@ from lure.analysis.certificates.riccati import Lyapunov, doubles
 from lure.analysis.certificates.systems import text
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import Reals, balanced, np
+from lure.arrays import Reals, balanced, in_doubles, np
 from lure.errors import AssumptionError
 
 BITS = 256
@@ -57,14 +57,14 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
     (['16777216'], True)
     """
     A, *_, discrete = realised(system, gain)
-    closed = np.array([[float(v) for v in row] for row in A])
+    closed = in_doubles(A)
     if not np.isfinite(closed).all():
         raise AssumptionError("the closed loop is too much for doubles; rescale the units of the block")
     _, units = balanced(closed)
     scaled = [[v * Fraction(units[j]) / Fraction(units[i]) for j, v in enumerate(row)] for i, row in enumerate(A)]
     P, start = _form(scaled, discrete=discrete)
     top = float(np.max(units))
-    exponent = math.ceil(math.log2(16.0 * len(A) * (1.0 + float(np.linalg.norm(_floats(scaled)))) ** 2 * top * top))
+    exponent = math.ceil(math.log2(16.0 * len(A) * (1.0 + float(np.linalg.norm(in_doubles(scaled)))) ** 2 * top * top))
     weights = [Fraction(v) for v in units.tolist()]
     rows = [
         [str(round(P[i][j] / (weights[i] * weights[j]) * Fraction(2) ** exponent)) for j in range(i + 1)]
@@ -82,7 +82,7 @@ def growth_proof(system: Mapping[str, Any], gain: Fraction) -> dict[str, Any]:
 
 def _form(A: Rows, *, discrete: bool) -> tuple[Rows, Reals]:
     """``P`` with ``A'P + PA`` near -1 (``A'P A - P``), and a state for which it is negative."""
-    equation, n = Lyapunov.of(_floats(A), discrete=discrete), len(A)
+    equation, n = Lyapunov.of(in_doubles(A), discrete=discrete), len(A)
     with working_precision(BITS), np.errstate(all="ignore"):
         exact = arb_mat([[ball(v) for v in row] for row in A])
         P, residual = arb_mat(n, n), np.eye(n)
@@ -103,7 +103,3 @@ def _form(A: Rows, *, discrete: bool) -> tuple[Rows, Reals]:
 def _fall(A: arb_mat, P: arb_mat, *, discrete: bool) -> Reals:
     moved = A.transpose() * P
     return doubles(P - moved * A if discrete else -(moved + moved.transpose()))
-
-
-def _floats(rows: Rows) -> Reals:
-    return np.array([[float(v) for v in row] for row in rows])

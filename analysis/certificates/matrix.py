@@ -17,7 +17,7 @@ from lure.analysis.certificates.systems import system_of, text
 from lure.analysis.certificates.theory import theory_of
 from lure.analysis.numerics.exact_matrix import column_of, dot, integer_multiple, null_space
 from lure.analysis.theorems.table import Upper
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 from lure.errors import AssumptionError
 from lure.plants.block import StructuredPlant
 from lure.plants.rational import RationalPlant
@@ -174,7 +174,7 @@ def _discrete(
 
     n = len(b)
     if n > MOST_IN_BALLS:
-        near = np.linalg.inv(np.array([[float(v) for v in row] for row in A]) + np.eye(n))
+        near = np.linalg.inv(in_doubles(A) + np.eye(n))
         J = [[Fraction(v) for v in row] for row in near.tolist()]
     else:
         plus = [[fmpq(v.numerator, v.denominator) + int(i == j) for j, v in enumerate(row)] for i, row in enumerate(A)]
@@ -208,7 +208,7 @@ def zero_of(claim: Claim) -> dict[str, Any] | None:
 
 def _regular(A: Matrix) -> bool:
     """Whether floating point finds ``A`` far from singular, which saves the exact test."""
-    size = np.array([[float(v) for v in row] for row in A])
+    size = in_doubles(A)
     scale = np.linalg.svd(size / max(float(np.max(np.abs(size))), 1e-300), compute_uv=False)
     return bool(scale[-1] > 1e-6)
 

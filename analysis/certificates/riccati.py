@@ -15,7 +15,7 @@ from lure.analysis.certificates.codes import code_for
 from lure.analysis.certificates.multipliers import slack
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import NDArray, Reals, balanced, linalg, np
+from lure.arrays import NDArray, Reals, balanced, in_doubles, linalg, np
 from lure.errors import AssumptionError
 from lure.record import described, quantity
 
@@ -56,7 +56,7 @@ class Lyapunov:
 
 def doubles(M: arb_mat) -> Reals:
     """The midpoints of a matrix of balls, rounded."""
-    return np.array([[float(v) for v in row] for row in M.tolist()])
+    return in_doubles(M.tolist())
 
 
 SMALLER = (1.0, 1.0 / 8, 1.0 / 64)
@@ -106,7 +106,7 @@ class Inequality:
     def scaled(self) -> Scaled:
         """The same in doubles, its states in units of powers of two that even out ``A``, ``b`` and ``q``."""
         n, theta = self.order, float(self.theta)
-        A, c = np.array([[float(v) for v in row] for row in self.A]), np.array([float(v) for v in self.c])
+        A, c = in_doubles(self.A), np.array([float(v) for v in self.c])
         bordered = np.zeros((n + 1, n + 1))
         bordered[:n, :n], bordered[:n, n], bordered[n, :n] = A, [float(v) for v in self.b], c + theta * (c @ A)
         even, units = balanced(bordered)

@@ -23,7 +23,7 @@ from lure.analysis.counterexamples.linear import balls
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import Complexes, Reals, np
+from lure.arrays import Complexes, Reals, in_doubles, np
 
 LADDER = (256, 512, 1024, 2048, 4096)
 SHARES = (Fraction(5, 8), Fraction(1, 2), Fraction(3, 8))
@@ -249,7 +249,7 @@ def course(
             times.append(share)
     if not 1 < len(path) <= _MOST_STAYS:
         return None
-    tables = [np.array([[float(v) for v in line] for line in own]) for own in graphs.lines]
+    tables = [in_doubles(own) for own in graphs.lines]
     at = [table[row] for table, row in zip(tables, pieces, strict=True)]
     values = np.array([(p[:, 1] + p[:, 2] * (row - p[:, 0])) for p, row in zip(at, sigma, strict=True)])
     f = values @ turns.conj() * (np.where(np.array(balance.harmonics) == 0, 1.0, 2.0) / _FINE)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from lure.analysis.counterexamples.confirming import scales
 from lure.analysis.counterexamples.trajectories import Finding, Trajectory, kernel
-from lure.arrays import Reals, integrate, linalg, np
+from lure.arrays import Reals, in_doubles, integrate, linalg, np
 from lure.errors import InputError
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.piecewise_linear import Graph
@@ -109,7 +109,7 @@ class _Loop:
 
     def __init__(self, plant: MultivariablePlant, nonlinearities: Sequence[Nonlinearity | Graph | Hysteron]) -> None:
         sides = (plant.A, plant.B, plant.C, plant.D)
-        self.A, self.B, self.C, self.D = (np.array([[float(v) for v in row] for row in side]) for side in sides)
+        self.A, self.B, self.C, self.D = (in_doubles(side) for side in sides)
         self.discrete = plant.dt is not None
         self.seconds = 1.0 if plant.dt is None else float(plant.dt)
         self.values = list[Callable[[Reals], Reals]]()

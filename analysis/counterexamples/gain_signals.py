@@ -22,7 +22,7 @@ from flint import arb, arb_mat, ctx
 
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import NDArray, Reals, linalg, np
+from lure.arrays import NDArray, Reals, in_doubles, linalg, np
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import described, quantity
 
@@ -215,7 +215,7 @@ def moving(loop: Loop, ends: Sequence[tuple[Fraction, Fraction]], length: int, s
     step : Fraction or None
         How long each is; None in discrete time.
     """
-    own = Modes(loop, np.array([[float(v) for v in pair] for pair in ends]), None if step is None else float(step))
+    own = Modes(loop, in_doubles(ends), None if step is None else float(step))
     rng, n = np.random.default_rng(_MOVING_SEED), len(loop.A)
     w = rng.normal(size=(_MOVING_STARTS, length, loop.Bw.shape[1]))
     modes = rng.integers(0, len(own.A), size=(_MOVING_STARTS, length))
@@ -246,7 +246,7 @@ def moving(loop: Loop, ends: Sequence[tuple[Fraction, Fraction]], length: int, s
         w /= np.maximum(np.abs(w).max((1, 2), keepdims=True), 1e-300)
     signal, chosen = found
     inputs = rounded(signal / (np.abs(signal).max() or 1.0))
-    exact = np.array([[float(v) for v in row] for row in inputs])
+    exact = in_doubles(inputs)
     entered = float((exact**2).sum()) * (1.0 if step is None else float(step))
     if not entered > 0:
         return None
@@ -289,7 +289,7 @@ def followed(H: MultivariablePlant, slopes: Sequence[tuple[Fraction, Fraction]],
     own : sequence of int
         The channels from ``z`` to ``w``.
     """
-    loop, lines = Loop(H.doubles(), own), np.array([[float(v) for v in pair] for pair in slopes])
+    loop, lines = Loop(H.doubles(), own), in_doubles(slopes)
     cut = Cut.of(loop, lines)
     if cut is None:
         return None

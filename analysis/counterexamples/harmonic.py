@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-from lure.analysis.counterexamples.linear import Exponential, doubles
+from lure.analysis.counterexamples.linear import Exponential
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop
 from lure.analysis.deadline import checkpoint
-from lure.arrays import Complexes, NDArray, Reals, np
+from lure.arrays import Complexes, NDArray, Reals, in_doubles, np
 from lure.errors import InputError
 from lure.record import described, quantity
 
@@ -118,7 +118,7 @@ class Shooting:
         self.n = loop.system.order
         self.sign = -1 if orbit.half else 1
         self.row = np.array([*(float(v) for v in loop.system.c), 0.0])
-        kinds = {p: Exponential(doubles(loop.generators[p])) for p in set(orbit.pieces)}
+        kinds = {p: Exponential(in_doubles(loop.generators[p])) for p in set(orbit.pieces)}
         self.flows = [kinds[p] for p in orbit.pieces]
         closing = loop.mirrored(orbit.pieces[0]) if orbit.half else orbit.pieces[0]
         following = (*orbit.pieces[1:], closing)

@@ -60,11 +60,6 @@ def realisation(block: RationalPlant | tuple[ArrayLike, ArrayLike, ArrayLike]) -
     return Realisation(rows, sides[0], sides[1], Fraction(0))
 
 
-def doubles(rows: Sequence[Row]) -> NDArray[np.float64]:
-    """Exact rows rounded to doubles."""
-    return np.array([[float(value) for value in row] for row in rows], dtype=float).reshape(len(rows), -1)
-
-
 def balls(rows: Sequence[Sequence[Fraction]]) -> arb_mat:
     """Exact rows as balls, as narrow as the working precision allows."""
     return arb_mat([[ball(value) for value in row] for row in rows])

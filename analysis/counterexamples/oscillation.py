@@ -15,7 +15,7 @@ from lure.analysis.counterexamples.balance import Balance
 from lure.analysis.counterexamples.channel_orbits import Found, Graphs, course, near_fold
 from lure.analysis.counterexamples.graphs import pointed, shaped
 from lure.analysis.counterexamples.harmonic import HarmonicBalance, Orbit, RelayOrbit, RelayOrbits, followed, settled
-from lure.analysis.counterexamples.linear import Realisation, companion, doubles
+from lure.analysis.counterexamples.linear import Realisation, companion
 from lure.analysis.counterexamples.piecewise import Itinerary, PiecewiseLoop, proved, refined, saturation
 from lure.analysis.counterexamples.simulated import followed as followed_oscillation
 from lure.analysis.counterexamples.switched import circle_reach
@@ -23,7 +23,7 @@ from lure.analysis.inequality.gains import KALMAN, hurwitz_limit
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
-from lure.arrays import Reals, np, one_thread
+from lure.arrays import Reals, in_doubles, np, one_thread
 from lure.errors import InputError
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
@@ -143,7 +143,7 @@ class OrbitSearch:
 
     def closed(self, gain: float) -> Reals:
         """``A - b c gain``."""
-        return doubles(self.system.closed(Fraction(gain)))
+        return in_doubles(self.system.closed(Fraction(gain)))
 
     def improved(self, found: Oscillation) -> Oscillation:
         """The same orbit with the smaller slope raised by a share of the difference, if that lowers the larger."""

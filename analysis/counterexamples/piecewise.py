@@ -13,7 +13,7 @@ from flint import arb, arb_mat
 from lure.analysis.counterexamples.linear import Realisation, Row, balls
 from lure.analysis.numerics.polynomial import exact_midpoint
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import ArrayLike, Reals, linalg, np
+from lure.arrays import ArrayLike, Reals, in_doubles, linalg, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.record import described, quantity
@@ -101,7 +101,7 @@ class Flow:
         self.levels = np.array([float(v) for v in loop.levels])
         self.row = np.array([*(float(v) for v in loop.system.c), 0.0])
         self.order = n
-        self.generators = [np.array([[float(v) for v in row] for row in g]) for g in loop.generators]
+        self.generators = [in_doubles(g) for g in loop.generators]
         self.steps: list[float] = []
         self.powers: list[Reals] = []
         self.outputs: list[Reals] = []

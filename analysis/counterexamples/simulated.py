@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import cast
 
-from lure.analysis.counterexamples.linear import Realisation, companion, doubles, realisation
+from lure.analysis.counterexamples.linear import Realisation, companion, realisation
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop
 from lure.analysis.verdict import Witness
-from lure.arrays import ArrayLike, Reals, integrate, np, optimize
+from lure.arrays import ArrayLike, Reals, in_doubles, integrate, np, optimize
 from lure.errors import InputError, Reason
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
@@ -68,7 +68,7 @@ def orbit_start(block: RationalPlant, witness: Witness) -> tuple[Reals, float]:
     if block.dt is None:
         return np.array(cast("Sequence[float]", data["state"]), dtype=float), cast("float", data["period"])
     system, nonlinearity = companion(block), nonlinearity_entry(witness)
-    A, b = doubles(system.A), np.array([float(v) for v in system.b])
+    A, b = in_doubles(system.A), np.array([float(v) for v in system.b])
     driven, period = np.zeros(block.order), np.eye(block.order)
     visited = cast("Sequence[str]", data["sigma"])
     for value in visited:
@@ -253,7 +253,7 @@ def _recursion(system: Realisation, nonlinearity: Characteristic, start: Reals, 
 
 def _floats(system: Realisation) -> tuple[Reals, Reals, Reals, float]:
     b, c = (np.array([float(v) for v in side]) for side in (system.b, system.c))
-    return doubles(system.A), b, c, float(system.d)
+    return in_doubles(system.A), b, c, float(system.d)
 
 
 def _phi(nonlinearity: Characteristic, d: float, y: float) -> tuple[float, float]:

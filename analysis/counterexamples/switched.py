@@ -17,7 +17,6 @@ from lure.analysis.counterexamples.linear import (
     Realisation,
     balls,
     companion,
-    doubles,
     linear_witness,
     refutes_lower,
 )
@@ -30,7 +29,7 @@ from lure.analysis.numerics.doubles import double_above
 from lure.analysis.numerics.polynomial import positive_root_count, real_roots, to_fmpq
 from lure.analysis.numerics.precision import ball, outward, working_precision
 from lure.analysis.verdict import Evidence, Witness
-from lure.arrays import NDArray, Reals, np, optimize
+from lure.arrays import NDArray, Reals, in_doubles, np, optimize
 from lure.errors import InputError
 from lure.plants.rational import RationalPlant
 from lure.record import described, quantity
@@ -75,7 +74,7 @@ class SwitchingSearch:
     def closed(self, k: float) -> Exponential:
         """Of ``A - b c k/(1 + k d)``, remembered: it is computed exactly and asked for again and again."""
         if k not in self.known:
-            self.known[k] = Exponential(doubles(self.system.closed(Fraction(k))))
+            self.known[k] = Exponential(in_doubles(self.system.closed(Fraction(k))))
         return self.known[k]
 
     def growth(self, times: Reals, k: float) -> float:
@@ -496,7 +495,7 @@ def _radii(
     system: Realisation, patterns: Sequence[tuple[int, ...]], lower: float, k: float
 ) -> dict[tuple[int, ...], float]:
     """Spectral radius over one period, to the power of one over the period."""
-    step = np.array([doubles(system.closed(Fraction(gain))) for gain in (lower, k)])
+    step = np.array([in_doubles(system.closed(Fraction(gain))) for gain in (lower, k)])
     result: dict[tuple[int, ...], float] = {}
     for p, group in itertools.groupby(patterns, key=len):
         words = list(group)

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from enum import Enum
 from fractions import Fraction
 
-from lure.analysis.counterexamples.linear import Realisation, doubles
+from lure.analysis.counterexamples.linear import Realisation
 from lure.analysis.counterexamples.piecewise import BLOCK, Flow, PiecewiseLoop
 from lure.analysis.counterexamples.simulated import Characteristic, bracketed_root, graph_of
-from lure.arrays import ArrayLike, Reals, balanced, integrate, np
+from lure.arrays import ArrayLike, Reals, balanced, in_doubles, integrate, np
 from lure.errors import InputError, Reason
 from lure.nonlinearities import Tanh
 from lure.nonlinearities.piecewise_linear import Graph
@@ -99,9 +99,9 @@ class BatchLoop:
         scale = [unit**power for power in powers_of_unit]  # x_i = scale_i x~_i, time = unit times the scaled one
         try:
             rough = _similar(exact, scale, unit)
-            _, powers = balanced(doubles(rough.A).reshape(n, n))
+            _, powers = balanced(in_doubles(rough.A).reshape(n, n))
             self.system = _similar(exact, [v * Fraction(float(w)) for v, w in zip(scale, powers, strict=True)], unit)
-            self.A = doubles(self.system.A).reshape(n, n)
+            self.A = in_doubles(self.system.A).reshape(n, n)
             self.b, self.c = (np.array([float(v) for v in side]) for side in (self.system.b, self.system.c))
             self.weights = np.array([float(v) for v in scale]) * powers
         except OverflowError:

@@ -24,7 +24,7 @@ from lure.analysis.export.quadratic import Matrix, Vector
 from lure.analysis.export.switching import negative
 from lure.analysis.export.words import folded, integers, number, reals, refused, whole_file
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 
 LIBRARIES = ("forms.v", "flow.v", "frequencies.v", "orbits.v", "stays.v", "jumps.v")
 MARGINS = (128, 512)  # bits beside those that the exponentials take
@@ -79,7 +79,7 @@ def growth(matrices: Sequence[Matrix], times: Sequence[Fraction]) -> Growth:
     n = len(matrices[0])
     if not (0 < n <= MOST_ORDER and len(times) <= MOST_STAYS):
         raise refused(f"it has {n} states and {len(times)} stays; up to {MOST_ORDER} and {MOST_STAYS} have an export")
-    fast = [max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A])))) for A in matrices]
+    fast = [max(abs(np.linalg.eigvals(in_doubles(A)))) for A in matrices]
     counts = [max(1, math.ceil(float(v) * float(T) / STEP)) for v, T in zip(fast, times, strict=True)]
     if sum(counts) > MOST_STEPS:
         raise refused(f"its period is {sum(counts)} steps long; up to {MOST_STEPS} have an export")

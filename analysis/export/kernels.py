@@ -33,7 +33,7 @@ from lure.analysis.export.quadratic import (
 )
 from lure.analysis.export.words import folded, integers, number, refused, whole_file
 from lure.analysis.numerics.precision import ball, working_precision
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 
 ROOMS = (16, 24, 32, 40, 48, 64)  # of which powers of 1/2 the room is that is tried
 MOST_SIZE = 64
@@ -215,7 +215,7 @@ class _Kernels:
     def inside(self) -> tuple[Rows, int]:
         """A solution of Lyapunov's equation after the shift, whole, and how often the squares of ``a`` are added."""
         A, *_ = shifted(self.H, self.low)
-        near = Lyapunov.of(np.array([[float(v) for v in row] for row in A]), discrete=False).solution(np.eye(self.n))
+        near = Lyapunov.of(in_doubles(A), discrete=False).solution(np.eye(self.n))
         size = self.n + self.m
         now, zero = [[*spot(k, 1), *[0] * (size - k - 1)] for k in range(self.n)], [u for u, _ in self.a]
         if np.all(np.isfinite(near)):

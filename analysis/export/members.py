@@ -22,7 +22,7 @@ from lure.analysis.export.modes import Mode
 from lure.analysis.export.switching import LIBRARIES as DISCRETE
 from lure.analysis.export.switching import falling_forms, turned_ends, turned_proof
 from lure.analysis.export.words import folded, integers, number, reals, refused
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 from lure.errors import InputError
 
 
@@ -168,7 +168,7 @@ def _in_steps(loops: Gained) -> Words:
 def _in_time(loops: Gained) -> Words:
     """By a form, in continuous time."""
     (A,), ((unit, rows),), (gains,), n = loops.matrices, loops.values, loops.gains, len(loops.plant.A)
-    fast = max(abs(np.linalg.eigvals(np.array([[float(v) for v in row] for row in A]))))
+    fast = max(abs(np.linalg.eigvals(in_doubles(A))))
     if not fast > 0:
         raise refused("no channel alone moves all states, and no solution grows exponentially")
     found, said = growth([A], [Fraction(2) ** -math.ceil(math.log2(float(fast)))]), _said(loops)

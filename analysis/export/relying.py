@@ -20,7 +20,7 @@ from lure.analysis.export.quadratic import bilinear, nonnegative, rounded, semid
 from lure.analysis.export.waves import GRID, Waves
 from lure.analysis.export.words import folded, integers, refused, whole_file
 from lure.analysis.export.words import number as written
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 
 THEOREMS = {
     "off-axis-circle": "off_axis_circle_criterion",
@@ -229,7 +229,7 @@ class _Relying:
     def _lyapunov(self) -> Iterator[list[list[int]]]:
         """Solutions with integers, from doubles."""
         A, *_ = realised(self.data["system"], self.low)
-        matrix = np.array([[float(v) for v in row] for row in A])
+        matrix = in_doubles(A)
         found = Lyapunov.of(matrix, discrete=self.discrete).solution(np.eye(len(A)))
         if not np.all(np.isfinite(found)):
             return

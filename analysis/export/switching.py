@@ -25,7 +25,7 @@ from lure.analysis.export.gained import (
 )
 from lure.analysis.export.quadratic import Matrix, bilinear, nonnegative
 from lure.analysis.export.words import folded, integers, number, reals, refused, whole_file
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 
 BITS = (24, 40, 64, 96, 128, 192)
 MOST_ORDER, MOST_SCALE = 6, 256
@@ -181,7 +181,7 @@ def _around(steps: list[fmpq_mat], n: int) -> list[list[list[Fraction]]]:
 
 def negative(Q: Rows) -> list[int]:
     """Whole numbers where a form is negative, none if they were not found."""
-    _, vectors = np.linalg.eigh(np.array([[float(v) for v in row] for row in Q]))
+    _, vectors = np.linalg.eigh(in_doubles(Q))
     for digits in (2, 4, 8, 12, 15):
         v = [round(float(x) * 10**digits) for x in vectors[:, 0]]
         if sum(a * b * q for a, row in zip(v, Q, strict=True) for b, q in zip(v, row, strict=True)) < 0:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from lure.analysis.deadline import checkpoint
 from lure.analysis.numerics.doubles import decimals, places, triangle, triangle_texts
 from lure.analysis.numerics.semidefinite import Limits, in_stages, symmetric_basis
-from lure.arrays import Reals, balanced, np
+from lure.arrays import Reals, balanced, in_doubles, np
 from lure.plants.channel_family import ChannelFamily
 from lure.plants.parameters import Box
 from lure.record import described, quantity
@@ -70,8 +70,7 @@ class BoxMatrices:
 
     def __post_init__(self) -> None:
         self.terms = [
-            (one.powers, float(one.common), [np.array([[float(v) for v in row] for row in side]) for side in one.sides])
-            for one in self.family.terms
+            (one.powers, float(one.common), [in_doubles(side) for side in one.sides]) for one in self.family.terms
         ]
         self.discrete, self.needed = self.family.dt is not None, dict[tuple[int, ...], list[set[int]]]()
         rates = enumerate(self.family.rates)

@@ -20,7 +20,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.order_cones import OrderCones
 from lure.analysis.inequality.shifted_loop import Proposal, ShiftedLoop
 from lure.analysis.numerics.doubles import matrix_proof, triangle_texts
-from lure.arrays import NDArray, Reals, linalg, np, optimize
+from lure.arrays import NDArray, Reals, in_doubles, linalg, np, optimize
 from lure.record import described, quantity
 
 _LEAST, _ROUNDS, _BITS, _DIGITS = 1e-7, 80, 56, 10**9
@@ -183,7 +183,7 @@ class ChannelWindows(ShiftedLoop):
         windows = [triangle_texts(M) for M in exact]
         multiplier: dict[str, Any] = {"windows": windows, "odd": [bool(odd) for odd in self.odd]}
         multiplier |= {"lambda": [*map(str, weights)]} if self.operators else {}
-        stated = [np.array([[float(v) for v in row] for row in M]) for M in exact]
+        stated = [in_doubles(M) for M in exact]
         stated.append(np.array([float(v) for v in weights]))
         for P in self._solutions(stated, [float(w) for w in widths], [float(v) for v in lower]):
             yield Proposal(multiplier, matrix_proof(P, float(np.abs(P).max()) or 1.0, _BITS))

@@ -27,7 +27,7 @@ from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal, ShiftedLoop, Widths
 from lure.analysis.numerics.doubles import decimals, triangle_texts
 from lure.analysis.numerics.semidefinite import Block, proposed, roughly, symmetric_basis
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, in_doubles, np
 from lure.record import described, quantity
 
 MOST_STATES, MOST_CHANNELS, MOST_ORTHANTS = 20, 6, 4  # beyond them a programme takes seconds, and a search a minute
@@ -296,7 +296,7 @@ class FullBlockInequality(ShiftedLoop):
                 multiplier["N"] = [triangle_texts(_congruent(_exact(part, grid), ends)) for part in parts]
             near = self.form(*(np.array([float(v) for v in side]) for side in (weights, widths)))
             places = [*own, *(total + i for i in own)]
-            near[np.ix_(places, places)] += np.array([[float(v) for v in row] for row in Pi])
+            near[np.ix_(places, places)] += in_doubles(Pi)
             for proof in self.solutions(near, theta, lower):
                 yield Proposal(multiplier | self.popovs(theta), proof)
 

@@ -15,7 +15,7 @@ from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.channel_delays import stated
 from lure.analysis.questions.problem import Problem
-from lure.arrays import np
+from lure.arrays import in_doubles, np
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
@@ -85,7 +85,7 @@ class PiecewiseProofs:
         )
         if found is None:
             raise AssumptionError("the loop is not well posed with the gains at the lower bounds and without delay")
-        A, B, C, D = (np.array([[float(v) for v in row] for row in side]) for side in found[:4])
+        A, B, C, D = (in_doubles(side) for side in found[:4])
         poles = np.linalg.eigvals(A)
         if gains is None and not zeros and (np.abs(poles).max() if plant.discrete else 1 + poles.real.max()) >= 1:
             raise AssumptionError(

@@ -31,7 +31,7 @@ from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
 from lure.analysis.verdict import Evidence
 from lure.analysis.wording import class_words, proviso, same_in
-from lure.arrays import Reals, balanced, np
+from lure.arrays import Reals, balanced, in_doubles, np
 from lure.classes import OPERATORS, Diagonal, NonlinearityClass, Sector
 from lure.errors import AssumptionError, InputError
 from lure.exact import exact_number
@@ -286,9 +286,9 @@ def _constant(
     n, H, own = len(P), cast("MultivariablePlant", problem.plant), len(problem.classes.performance or ())
     if not positive(P):
         return None
-    V, Cz = np.array([[float(v) for v in row] for row in P]), H.C[-own:]
+    V, Cz = in_doubles(P), H.C[-own:]
     if peak:
-        C = np.array([[float(v) for v in row] for row in Cz])
+        C = in_doubles(Cz)
         about = float(weight) * float(np.linalg.eigvalsh(C @ np.linalg.solve(V, C.T))[-1])
     else:
         about = float(np.linalg.eigvalsh(V)[-1]) / float(weight * r * r)
@@ -417,7 +417,7 @@ def _spread(shown: Proved) -> Fraction | None:
     rows = [[Fraction(v) for v in row] for row in shown.certificate["proof"]["P"]]
     n = len(rows)
     P = [[rows[max(i, j)][min(i, j)] for j in range(n)] for i in range(n)]
-    values = np.linalg.eigvalsh(np.array([[float(v) for v in row] for row in P]))
+    values = np.linalg.eigvalsh(in_doubles(P))
     for room in _ROOM:
         low, high = Fraction(float(values[0]) * (1 - room)), Fraction(float(values[-1]) * (1 + room))
         if low > 0 and _above(P, low, 1) and _above(P, high, -1):

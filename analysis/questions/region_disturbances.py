@@ -11,7 +11,7 @@ from lure.analysis.inequality.ellipsoids import Disturbance
 from lure.analysis.numerics.doubles import double_below, text_below
 from lure.analysis.questions.region_proofs import MOST_DISTURBED, proved_ellipsoid
 from lure.analysis.questions.region_sets import Shape, matrix_of
-from lure.arrays import np
+from lure.arrays import in_doubles
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
@@ -72,7 +72,7 @@ def disturbance_of(plant: object, given: Any, sizes: tuple[int, int]) -> Disturb
         )
         seen = ()
     seen = seen or ((Fraction(0),) * len(exact[0]),) * m
-    B, D = (np.array([[float(v) for v in row] for row in side]) for side in (exact, seen))
+    B, D = (in_doubles(side) for side in (exact, seen))
     return Disturbance(B, D, (exact, seen)) if B.any() or D.any() else None
 
 

@@ -22,7 +22,7 @@ from lure.analysis.numerics.polynomial import X, to_fmpq, to_fraction
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import class_given
 from lure.analysis.verdict import Evidence
-from lure.arrays import NDArray, np
+from lure.arrays import NDArray, in_doubles, np
 from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.exact import exact_number
@@ -280,7 +280,7 @@ def points_along(along: Sequence[Sequence[float | Fraction]], n: int) -> NDArray
     exact = [[exact_number(v, f"along[{i}][{j}]") for j, v in enumerate(row)] for i, row in enumerate(rows)]
     if not all(map(any, exact)):
         raise InputError("along has the point 0; give points away from it")
-    return np.array([[float(v) for v in row] for row in exact])
+    return in_doubles(exact)
 
 
 def _above(value: Fraction) -> Fraction:

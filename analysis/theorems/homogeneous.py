@@ -21,7 +21,7 @@ from lure.analysis.numerics.doubles import text_above, text_below, triangle_text
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.theorems.circle import circle_largest
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Verdict
-from lure.arrays import NDArray, Reals, balanced, np
+from lure.arrays import NDArray, Reals, balanced, in_doubles, np
 from lure.classes import NonlinearityClass, Sector
 from lure.errors import AssumptionError, Reason
 from lure.plants.rational import RationalPlant
@@ -199,7 +199,7 @@ class _Search:
     def coordinates(self) -> list[list[int]]:
         """``2^e T`` for ``z = T x`` in which a quadratic form near the circle criterion's is ``|z|^2``."""
         k = self.lower + (Fraction(self.circle) - self.lower) * Fraction(7, 8)
-        low, high = (np.array([[float(v) for v in row] for row in A]) for A in self.ends(k))
+        low, high = (in_doubles(A) for A in self.ends(k))
         _, scale = balanced(low + high)
         _, P, _ = _solved([low * scale / scale[:, None], high * scale / scale[:, None]], 1)
         try:
@@ -222,7 +222,7 @@ class _Search:
         near = np.array(T, dtype=float)
         back = np.linalg.inv(near)
         ends = self.ends(upper)
-        turned = [near @ np.array([[float(v) for v in row] for row in A]) @ back for A in ends]
+        turned = [near @ in_doubles(A) @ back for A in ends]
         room, P, lines = _solved(turned, power)
         if not room > ROOM:
             return None

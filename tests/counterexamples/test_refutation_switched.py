@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from lure.analysis.counterexamples.linear import Exponential, companion, doubles
+from lure.analysis.counterexamples.linear import Exponential, companion
 from lure.analysis.counterexamples.switched import SwitchingSearch, growing, switched_witness
 from lure.analysis.verdict import Evidence
+from lure.arrays import in_doubles
 from lure.plants.rational import RationalPlant
 
 
@@ -33,7 +34,7 @@ def multiplier(block, witness):
     system = companion(block)
     product = np.eye(block.order)
     for gain, time in zip(witness.data["gains"], witness.data["times"], strict=True):
-        product = expm(doubles(system.closed(F(gain))) * float(F(time))) @ product
+        product = expm(in_doubles(system.closed(F(gain))) * float(F(time))) @ product
     return np.abs(np.linalg.eigvals(product)).max()
 
 
