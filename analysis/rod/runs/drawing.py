@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -87,6 +87,7 @@ FILMS = (".gif", ".mp4", "")
 _FRAMES, _ROWS = (61, 181), 601
 _IN_A_TRANSIT, _FRAMES_IN_A_TRANSIT, _ENERGIES = 40, 10, 401
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_CURVES = ("t", "z", "u_end", "stress", "v_end", "v_0", "dashpot_force", "energy")  # along the time
 
 
 @described(frozen=True, kw_only=True, eq=False)
@@ -363,20 +364,6 @@ def _cut(run: SampledRun, span: tuple[float, float]) -> SampledRun:
     inside = (run.t >= span[0]) & (run.t <= span[1])
     if inside.sum() < 2:
         raise InputError(f"span is {span[0]:g} to {span[1]:g} s, less than two samples; give more samples")
-
-    def cut(values: Array | None) -> Array | None:
-        """Those inside the span."""
-        return None if values is None else values[inside]
-
-    return replace(
-        run,
-        t=run.t[inside],
-        z=run.z[inside],
-        u_end=run.u_end[inside],
-        stress=run.stress[inside],
-        v_end=cut(run.v_end),
-        v_0=cut(run.v_0),
-        dashpot_force=cut(run.dashpot_force),
-        energy=cut(run.energy),
-        along=None,
-    )
+    curves: dict[str, Any] = {name: getattr(run, name) for name in _CURVES}
+    kept: dict[str, Any] = {name: None if values is None else values[inside] for name, values in curves.items()}
+    return replace(run, **kept, along=None)
