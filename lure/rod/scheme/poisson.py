@@ -165,7 +165,8 @@ def chebyshev_points(count: int) -> Array:
 
 def chebyshev_values(points: ArrayLike, count: int) -> Array:
     """Values ``T_0 .. T_{count-1}`` of the Chebyshev polynomials of ``[0, 1]`` at ``points``, (k, count)."""
-    return np.asarray(np.polynomial.chebyshev.chebvander(2.0 * np.asarray(points, dtype=float) - 1.0, count - 1))
+    x = 2.0 * np.asarray(points, dtype=float) - 1.0
+    return np.ascontiguousarray(np.polynomial.chebyshev.chebvander(x, count - 1))  # products round by the layout
 
 
 def chebyshev_fit(count: int) -> Array:
