@@ -98,6 +98,7 @@ def test_points_and_orbit_of_a_motion_that_repeats():
 def test_all_impacts_are_in_the_histogram():
     axes = plot_impulses(ran("seen"), ax=Figure().add_subplot())
     assert sum(patch.get_height() for patch in axes.patches) == ran("seen").impact_impulses.size
+    assert [tick for tick in axes.get_yticks() if tick % 1] == []
     assert "no impact" in plot_impulses(ran("free"), ax=Figure().add_subplot()).texts[0].get_text()
 
 

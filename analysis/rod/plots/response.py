@@ -201,10 +201,13 @@ def plot_impulses(response: Response, *, ax: Axes | None = None) -> Axes:
     Axes
         The axes drawn on.
     """
+    from matplotlib.ticker import MaxNLocator
+
     axes = axes_or_new(ax)
     found = response.impact_impulses
     axes.set_xlabel("impulse of an impact [N s]")
     axes.set_ylabel("impacts")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     if not found.size:
         axes.text(0.5, 0.5, "no impact during the watch", transform=axes.transAxes, ha="center", color=GREY)
         return axes
