@@ -35,7 +35,7 @@ explore-test: .venv/.browser ## that page in Chromium: what it says is what the 
 test: .venv/.test ## the tests; ARGS="-k popov" for some
 	$(TESTS) --dist worksteal $(ARGS)
 
-slow: .venv/.test ## the dearest tests, six minutes of them, which `make test` leaves out
+slow: .venv/.test ## the dearest tests, eight minutes of them, which `make test` leaves out
 	$(TESTS) --dist worksteal -m slow $(ARGS)
 
 thorough: .venv/.test ## these two and more, with large samples and many random examples: for a night

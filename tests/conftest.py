@@ -89,6 +89,9 @@ def pytest_collection_modifyitems(config, items):
     Files with slow tests are next, so that at the end, where processes wait for each other, all tests are short.  Slow
     ones are left to `make slow`, those in a browser to `make explore-test`, and the pages to `make docs`.
     """
+    for item in items:
+        if any(item.callspec.id.startswith(mark.args) for mark in item.iter_markers("slow_for")):
+            item.add_marker("slow")
     marks = {item: {mark.name for mark in item.iter_markers()} for item in items}
     slow = {item.path for item in items if "slow" in marks[item]}
     items.sort(key=lambda item: (not item.path.stem.startswith("test_motion"), item.path not in slow))

@@ -175,6 +175,7 @@ def test_a_parameter_that_no_entry_has_leaves_the_others_their_values():
                 complete_and_check(both)
 
 
+@pytest.mark.slow
 def test_a_gain_is_that_of_every_plant_and_its_member_one_of_the_box():
     # x' = -a x + w - phi, z = x: 1/a with phi = 0, and the circle criterion proves no more than 1 at a = 1
     family = ChannelFamily.of_matrices([["-a"]], [[1]], [[1]], None, {"a": (1, 2)})

@@ -69,6 +69,7 @@ def nonlinearity(one):
     return phi
 
 
+@pytest.mark.slow
 def test_another_integrator_comes_back_to_the_first_state(found):
     _, _, certificate, _ = found
     proof, system = certificate["proof"], certificate["system"]

@@ -376,6 +376,7 @@ def test_no_member_makes_a_form_negative(kind, samples):
     assert least_value(kind, samples=samples, summed=False) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", rarely(["monotone", "odd", "sector", *SIDED], "monotone", "odd", "rising", "falling", "odd falling")
 )

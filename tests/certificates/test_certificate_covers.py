@@ -128,6 +128,7 @@ def test_far_out_the_quotient_of_what_comes_late_is_in_a_disc(kind, piece, theta
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

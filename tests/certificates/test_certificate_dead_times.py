@@ -255,6 +255,7 @@ def certificate(name):
     return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
 
 
+@pytest.mark.slow_for("phases")
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)
@@ -485,6 +486,7 @@ def test_the_first_piece_beside_a_pole_at_0_may_be_wide():
     assert recheck(found).accepted, recheck(found).reason
 
 
+@pytest.mark.slow_for("11/10-False")
 @pytest.mark.parametrize(("theta", "holds"), [("1/2", True), ("11/10", False)])
 def test_what_fails_beyond_the_last_piece_alone_is_rejected(theta, holds):
     # F_22/2 = 1 + Re [(1/2 + theta i w) exp(-i w/50)/(1 + i w)]: the modulus tends to theta, the real part is positive
@@ -528,6 +530,7 @@ def test_popovs_term_far_out_is_that_of_s_times_h():
     assert_both_reject(edited(found, "multiplier", "theta", value=["-2"]))
 
 
+@pytest.mark.slow
 def test_many_dead_times_are_not_multiplied_out_far_out(monkeypatch):
     # diag(1/(s + 1 + exp(-s)/4 + exp(-s/3)/5), 1/(s + 1 - exp(-2 s)/4 + exp(-s/5)/6)): Re 1/H >= .55, so that Re H > 0
     back = [("1/5", "0", "-1/6"), ("1/3", "-1/5", "0"), ("1", "-1/4", "0"), ("2", "0", "1/4")]

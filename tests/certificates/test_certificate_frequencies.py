@@ -320,6 +320,7 @@ def test_a_multiplier_that_is_wrong_for_its_class_is_found_out_by_signals(what):
             assert least > -1e-9 if expected else least < -0.01
 
 
+@pytest.mark.slow
 def test_what_the_checker_takes_for_a_multiplier_no_signal_refutes():
     rng, taken = np.random.default_rng(5), 0
     for _ in range(40):
@@ -381,6 +382,7 @@ def test_a_constant_gain_beside_a_nonlinearity_is_proved_as_far_as_the_truth(bes
     assert recheck(text).accepted
 
 
+@pytest.mark.slow_for("change0")
 @pytest.mark.parametrize(
     "change",
     [

@@ -99,6 +99,7 @@ def test_an_integrator_beside_a_plant_for_which_kernels_are_needed():
     assert found.largest.low < found.refuted_at < 83.61405
 
 
+@pytest.mark.slow
 def test_two_coupled_integrators_whose_residue_is_not_symmetric():
     # R = (1, 2; 1, 3) needs weights 1 and 2; without coupling of the rest the channels are lags, which do no harm
     rows = [["1/s+1/(s+1)", "2/s"], ["1/s", "3/s+1/(s+2)"]]

@@ -111,6 +111,7 @@ def test_one_nonlinearity_in_both_channels_has_more_multipliers(same):
     assert (by_windows(plant, asked) is not None) is same
 
 
+@pytest.mark.slow
 def test_rectifiers_beside_an_integrator_have_a_form_at_the_start(relu):
     # the second channel alone: 3/10 k < 1 + 1/2, for gains of all; a ReLU is none
     assert relu.largest.low == pytest.approx(5, rel=1e-5)

@@ -101,6 +101,7 @@ def test_neither_says_that_initial_functions_do_not_matter(proof):
 # Near omega = 1, |H| = 10.0125 at most, and -i exp(-i T) = -1 for T = pi/2, inside [1.2, 1.95], while at both ends Re H
 # stays above -9.8: 1/k = 9.8 is enough for the ends alone.  For all T the first checker needs a third corner at 10.0125
 # over 1 - x^2/2, x = .375: below 10.9.
+@pytest.mark.slow
 def test_what_fails_between_the_ends_of_the_dead_time_alone_is_not_overlooked():
     found = complete_and_check(draft(SWING, "circle", {"multiplier": {}}, "10/109", time_varying=True)).certificate
     assert recheck(found).accepted

@@ -223,6 +223,7 @@ def quick(monkeypatch):
 
 
 # constant gains end at .24283, the circle criterion at .22128; the least for a period of 3 s is .23777
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_a_class_between_the_circle_criterion_and_constant_gains_is_refuted():
     spring = NonlinearityClass(sector=Sector(0, Fraction(239, 1000)), time_varying=True)
@@ -234,6 +235,7 @@ def test_a_class_between_the_circle_criterion_and_constant_gains_is_refuted():
 
 
 # constant gains alone refute rates above .60502 (SLOW)
+@pytest.mark.slow_for("moving0")
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("moving", [(True,), (False,)])
 def test_a_rate_is_bounded_by_gains_that_jump_if_they_may(moving):

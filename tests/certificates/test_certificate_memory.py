@@ -186,6 +186,7 @@ def test_a_sector_beside_memory_is_covered_where_that_does_not_move_it_at_rest()
     assert certify(moved, [NonlinearityClass.slope_restricted(0, 0.1), STOP]).verdict.name == "PROVED"
 
 
+@pytest.mark.slow
 def test_a_proved_v_falls_along_solutions_with_steep_functions_beside_a_stop():
     # V = y'Py + Theta H(0) phi^2 + |theta| phi^2/k + 2 theta phi sigma of the stop, and 2 theta int f
     k = 5.0
@@ -244,6 +245,7 @@ def test_what_is_proved_in_discrete_time_comes_to_rest_not_always_at_zero():
     assert len(ends) > 1
 
 
+@pytest.mark.slow
 def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path):
     # Re 1/(1 + i w)^3 = cos^3 a cos 3a with tan a = w is least, -1/4, at a = pi/4: k < 4; growth from k = 8 on, and
     # periodic solutions before (test_certificate_memory_orbits.py)

@@ -20,6 +20,7 @@ def found(kind):
 
 # the elastic part of a stop oscillates from the slope 8 on.  Of a play: 1 + g (1 - N(a)) H(i w) = 0 with the describing
 # function N of the stop is first met at g = 5.883, a = 2.55; the linear loop of slope 8 is where large solutions grow
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "low", "high"), [("stop", 8, 8.01), ("play", 5.5, 5.9)])
 def test_both_checkers_accept_the_orbit_found(kind, low, high):
     shown = found(kind)
@@ -98,6 +99,7 @@ def test_one_class_is_refuted_as_it_stands_and_beside_a_function():
     assert recheck(shown.shown.certificate).accepted
 
 
+@pytest.mark.slow
 def test_a_solution_that_is_not_isolated_is_no_error_of_the_search():
     # -3/(s + 2), the mode -2 twice: it rests where a stop holds it, and what closes is found beside others of the kind
     plant = as_plant(([[-2, 0], [0, -2]], [[-1], ["3/2"]], [["-3/2", -3]], 0))

@@ -313,6 +313,7 @@ def test_members_of_each_class_keep_the_constraints_of_its_multipliers():
             frequencies.dominant(wrong, [False] * 2, [range(2)], [False] * 2, [(range(2), False)])
 
 
+@pytest.mark.slow
 def test_one_scalar_operator_in_each_channel_is_given_channel_after_channel_and_one_on_both_is_not():
     # sigma_1 = .. + mu_2/10: delta in each channel has no cycle of D, an operator on both leads from mu_1 to sigma_2
     one = NonlinearityClass.norm_bounded(1, dynamics="scalar linear time-invariant")

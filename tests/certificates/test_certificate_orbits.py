@@ -95,6 +95,7 @@ def switching():
     return refutation_draft(RationalPlant([1], [1, 3, 3, 1]), Witness(**{**fields_of(BRAGIN_ORBIT), **record}))
 
 
+@pytest.mark.slow
 def test_fitts_counterexample_with_a_saturation_is_accepted():
     witness = accept_orbit_continuous(FITTS, Saturation(gain=100), FITTS_SEED, 11.917)
     draft = refutation_draft(FITTS, witness)
@@ -131,6 +132,7 @@ def test_feedthrough_moves_the_kinks_only():
     assert isinstance(checked(draft), Refuted)
 
 
+@pytest.mark.slow
 def test_the_whole_orbit_is_accepted_as_the_half_is():
     data = BRAGIN_ORBIT.data
     whole = {
@@ -213,6 +215,7 @@ def test_an_orbit_of_another_block_is_rejected(flow):
 
 # Beyond half the orbit's peak the nonlinearity turns up again: closure and levels hold, but y does not stay on its
 # piece.
+@pytest.mark.slow
 def test_an_orbit_that_leaves_its_pieces_is_rejected(flow):
     slope = F(flow["laws"]["slope"][1])
     turned = edited(flow, "proof", "points", value=[["-2", f"-{slope}"], *flow["proof"]["points"], ["2", str(slope)]])

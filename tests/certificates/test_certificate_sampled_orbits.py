@@ -34,6 +34,7 @@ def found(name, *classes, most=1.08):
     return orbits_refuting(asked, Fraction(1, 10), most)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", rarely(["apart", "mixed", "coupled"], "mixed"))
 def test_both_checkers_accept_the_orbit_found(name):
     alpha, shown = found(name)
@@ -48,6 +49,7 @@ def test_both_checkers_accept_the_orbit_found(name):
     assert "period 3 samples" in counterexample(shown)
 
 
+@pytest.mark.slow
 def test_half_a_period_is_enough_where_all_are_odd():
     odd = NonlinearityClass(sector=Sector(0, 1), odd=True)
     alpha, shown = found("apart", odd, odd)
@@ -58,6 +60,7 @@ def test_half_a_period_is_enough_where_all_are_odd():
     assert_both_reject(lopsided)
 
 
+@pytest.mark.slow
 def test_an_upper_bound_0_is_that_for_all_factors():
     # z^2 - z + 0.9 and z^2 - z/2 + 0.8 less a gain of [-1, 0]; there was a division by 0, and a warning is an error
     A = [[0, 1, 0, 0], [Fraction(-9, 10), 1, 0, 0], [0, 0, 0, 1], [0, 0, Fraction(-4, 5), Fraction(1, 2)]]
@@ -78,6 +81,7 @@ def test_a_sector_has_orbits_that_slopes_do_not_have():
     assert bound.witness.kind == "periodic orbit"
 
 
+@pytest.mark.slow
 def test_one_class_is_refuted_as_it_stands():
     shown = certify(as_plant(PLANTS["apart"], dt=1), [SlopeBounds(0, 0.92)] * 2)
     assert shown.verdict.name == "REFUTED"

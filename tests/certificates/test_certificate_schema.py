@@ -13,6 +13,7 @@ from lure.analysis.questions.certify import ProofOptions, certify
 NOTE = (Path(__file__).parents[2] / "notebooks" / "notes" / "0008-certificates.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_the_schema_is_a_schema():
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
     assert SCHEMA["$schema"] == "https://json-schema.org/draft/2020-12/schema"

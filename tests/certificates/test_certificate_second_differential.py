@@ -99,6 +99,7 @@ def drafts(draw):
     return draft(system, nonlinearities(*sector, slope=slope, odd=odd, time_varying=varying), theorem, multiplier)
 
 
+@pytest.mark.slow
 @settings(max_examples=sampled(60, of=150))
 @example(draft(LAG_1, nonlinearities("33", "inf", slope=["-1", "5"]), "circle", {}))
 @example(draft(OSCILLATOR, nonlinearities(0, "29/10", slope=True), "off-axis-circle", {"alpha": "0"}))
@@ -164,6 +165,7 @@ def test_a_large_file_is_ended_in_the_middle_of_an_operation():
     assert recheck_apart(long_file(400, 20), seconds=1).reason == OUT_OF_TIME
 
 
+@pytest.mark.slow
 def test_a_large_file_gets_the_same_answer_from_a_process_of_its_own(monkeypatch):
     good = long_file(3, 2)
     monkeypatch.setattr(apart, "SMALL", 0)

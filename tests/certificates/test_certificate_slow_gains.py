@@ -75,6 +75,7 @@ def test_the_refuting_gain_is_slow_and_its_period_has_an_eigenvalue_outside(refu
 
 # Constant gains: x'' + .21 x' + (1 - .8 g) x is stable for g < 5/4.  Gains that jump: the circle criterion proves
 # .469874, and at .69 some grow.
+@pytest.mark.slow_for("1000-0.47-PROVED", "1000-0.7-REFUTED")
 @pytest.mark.parametrize(
     ("rate", "end", "verdict"),
     [
@@ -120,6 +121,7 @@ def test_the_largest_factor_of_slow_gains_lies_between_a_proof_and_a_refutation(
 
 # Frozen at g the circle criterion proves k < 1/4 + sqrt(1 + g), so that a constant g >= 0 leaves k < 5/4; if g jumps as
 # phi does, the two share k: 11 k < 5/4.
+@pytest.mark.slow
 def test_a_slow_gain_beside_a_nonlinearity_is_told_apart_from_one_that_jumps(mixed):
     assert mixed["verdict"] == "PROVED"
     check(json.dumps(mixed))
@@ -150,6 +152,7 @@ def value(certificate, g, rate):
 
 
 # The falsifier: members of the class, and the worst of what they may do at an instant.
+@pytest.mark.slow_for("3-False")
 @pytest.mark.parametrize(("share", "falls"), [(1, True), (3, False)])
 def test_v_falls_for_random_gains_rates_and_nonlinearities_of_the_class_and_not_for_larger_ones(mixed, share, falls):
     random, found = np.random.default_rng(11), []
@@ -162,6 +165,7 @@ def test_v_falls_for_random_gains_rates_and_nonlinearities_of_the_class_and_not_
     assert bool(max(found) < 0) is falls
 
 
+@pytest.mark.slow
 def test_in_discrete_time_v_falls_for_random_steps_of_the_gain(sampled):
     assert sampled["verdict"] == "PROVED"
     assert recheck(sampled).accepted

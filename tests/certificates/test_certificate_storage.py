@@ -92,6 +92,7 @@ def certificate(name):
     return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
 
 
+@pytest.mark.slow_for("gain")
 @pytest.mark.parametrize("name", [*ALL, "gain"])
 def test_both_checkers_accept(name):
     found = certificate(name)
@@ -315,6 +316,7 @@ def test_a_stop_moves_an_integrator():
     assert_both_reject(edited(moves, "laws", "channels", 1, value=performance("51/100")))
 
 
+@pytest.mark.slow_for("path0-play")
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -386,6 +388,7 @@ def test_a_stop_in_discrete_time_is_proved_as_far_as_gains_are_stable(sampled):
     assert recheck(certificate).accepted
 
 
+@pytest.mark.slow
 def test_a_play_in_discrete_time_has_a_little_more_than_the_circle_criterion():
     found = max_sector(as_plant([["1/((100*(z - 1) + 1)^3)"]], dt=1), [PLAY])  # 3.93665 by the circle criterion
     assert found.criterion == "storage-circle"

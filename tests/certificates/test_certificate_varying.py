@@ -101,6 +101,7 @@ def test_popovs_term_needs_an_output_that_does_not_change():
 
 
 # x+ = a x - phi, a in [0, 1/2] at any speed, phi in [0, k]: a - g in [-k, 1/2], so that k < 1; P is one number
+@pytest.mark.slow
 def test_samples_may_jump_whatever_the_rate():
     for rate in (inf, Fraction(1, 10)):
         family = ChannelFamily.of_matrices([["a"]], [[1]], [[1]], None, {"a": (0, Fraction(1, 2), rate)}, dt=1)

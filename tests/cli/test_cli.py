@@ -266,6 +266,7 @@ sys.modules["lure.analysis.rod.report.output"].write_report = slow
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "kill", "status"),
     [

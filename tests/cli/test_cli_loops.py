@@ -124,6 +124,7 @@ def test_a_system_gives_its_block(lure, tmp_path):
     assert json.loads(lure("max-sector", "--system", "plant.toml", "--json")[1]) == data
 
 
+@pytest.mark.slow_for("command3-0-said3")
 @pytest.mark.parametrize(
     ("command", "status", "said"),
     [

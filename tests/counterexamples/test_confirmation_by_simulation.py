@@ -61,12 +61,14 @@ FALSE = {
 }
 
 
+@pytest.mark.slow_for("hardly damped", "short of the limit 8")
 @pytest.mark.parametrize("name", TRUE)
 def test_a_true_proof_is_not_accused(name):
     num, den, dt, nonlinearity = TRUE[name]
     assert tried(RationalPlant(num, den, dt=dt), nonlinearity, conclusion=ATTRACTS, budget=10_000).contradiction is None
 
 
+@pytest.mark.slow_for("limit cycle")
 @pytest.mark.parametrize("name", rarely(FALSE, "smooth limit cycle", "barely above the limit 8", "sampled cycle"))
 def test_a_false_proof_is_contradicted_by_a_solution(name):
     num, den, dt, nonlinearity, finding = FALSE[name]

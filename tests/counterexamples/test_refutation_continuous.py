@@ -207,6 +207,7 @@ def assert_an_orbit(block, witness):
 # 1/(s+1)^3: Popov reaches the Hurwitz limit 8, so no nonlinearity with slope below 8 oscillates; for (s+1)/(s^2+2s)
 # every nonlinearity is harmless, and the first plant of the continuous set is absolutely stable for slopes up to its
 # Hurwitz limit.
+@pytest.mark.slow_for("top2-bottom2")
 @pytest.mark.parametrize(
     ("top", "bottom"),
     seldom([LAGS := ([1], [1, 3, 3, 1]), ([1, 1], [1, 2, 0]), ([1, F("-0.2"), F("-0.1")], [1, 2, 1, 1])], LAGS),

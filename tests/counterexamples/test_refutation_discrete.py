@@ -68,6 +68,7 @@ def closed_loop(plant, nonlinearity, u, sigma, steps):
 # k of example 6 is printed in benchmarks; the other rational ones are the slopes of the orbits of +-1 and +-2 that the
 # search returned, checked by the loop stepped below; the irrational ones agree with the largest slope that a
 # Zames-Falb multiplier proves to 1e-8 (13.0283737, .80274518, .31214485), so that no smaller ones exist.
+@pytest.mark.slow_for("6-False-3-k0")
 @pytest.mark.parametrize(
     ("plant", "odd", "period", "k"),
     [

@@ -210,6 +210,7 @@ def test_what_is_wrong_is_one_sentence(text, settings, said):
 LATE = "[plant]\ntransfer = [['1/(s+1)', '0'], ['0', 'exp(-s)/(s+2)']]\n"
 
 
+@pytest.mark.slow_for("norm = 0.5\\nsize = 1\\ndynamics")
 @pytest.mark.parametrize(
     ("text", "given"),
     [

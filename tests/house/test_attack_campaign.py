@@ -75,6 +75,7 @@ FALSE = {  # the attack, and a loop of which it is false that 0 attracts every s
 }
 
 
+@pytest.mark.slow_for("a cubic root near 0", "a dead time by the method of steps")
 @pytest.mark.parametrize("name", FALSE)
 def test_an_attack_finds_what_is_false(name):
     from campaign import members, quick

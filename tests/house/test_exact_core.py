@@ -130,6 +130,7 @@ for k in (5, 7):
 """
 
 
+@pytest.mark.slow
 def test_a_sector_its_certificates_and_both_checkers_need_nothing_else():
     lines = without(POPOV).splitlines()
     assert lines[0] == (
@@ -142,6 +143,7 @@ def test_a_sector_its_certificates_and_both_checkers_need_nothing_else():
 
 # s^3 + 2 s^2 + 2 s + 1 + k is stable for k < 3 (Routh: 2 * 2 > 1 + k); s^4 + 2 s^3 + 3 s^2 + (4 + k) s + 1 for
 # (2 - k)(4 + k) > 4, k < sqrt(5) - 1; z^2 - z/2 + 1/4 + k for k < 3/4 (Jury).
+@pytest.mark.slow
 def test_slopes_need_nothing_else():
     wanted = {
         "([1], [1, 2, 2, 1])": ("popov", 3 * (1 - 1e-8), 3.0),
@@ -159,6 +161,7 @@ def test_slopes_need_nothing_else():
         assert low <= float(reached) < float(at) == pytest.approx(refuted, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_step_that_needs_another_package_is_left_out_and_says_so():
     late, taps = without(
         "from lure.analysis import max_sector, max_slope\nprint(max_sector('exp(-s)/(s + 1)').reason)\n"

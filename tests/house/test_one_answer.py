@@ -133,6 +133,7 @@ def is_class(text, nonlinearities, *, inside):
 # loops ----------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow_for("checked", "matrices", "odd alone", "odd not promised", "odd")
 @pytest.mark.parametrize("name", LOOPS)
 def test_the_verdict_and_the_class_are_those_of_the_certificate_everywhere(name):
     loop = told(name)
@@ -291,6 +292,7 @@ def test_the_verdicts_are_these(name):
 # one question -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow_for("True-lower1")
 @pytest.mark.parametrize("lower", seldom([0, Fraction(1, 3)], 0))
 @pytest.mark.parametrize("varying", [False, True])
 def test_the_largest_sector_is_told_as_its_certificate_has_it(varying, lower):

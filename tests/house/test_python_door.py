@@ -77,6 +77,7 @@ def test_two_nonlinearities_are_one_too_many(plant):
         analyse(plant, Saturation())
 
 
+@pytest.mark.slow
 def test_a_named_plant_keeps_its_name():
     found = analyse(builtin_loop("triple-lag"), Sector(0, 7))
     assert found.problem.name == "triple-lag"

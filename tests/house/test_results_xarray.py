@@ -116,6 +116,7 @@ def test_both_motions_of_a_confirmation_keep_their_own_time():
     assert found.to_dict()["rod"]["energy"]["holds"] is found.rod.energy.holds
 
 
+@pytest.mark.slow
 def test_with_memory_each_row_has_the_mean_of_its_branch():
     up = np.linspace(-2e-4, 1e-3, 120)
     u = np.concatenate([up, up[::-1]])

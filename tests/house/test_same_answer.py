@@ -104,6 +104,7 @@ def test_built_in_loops(name):
         assert_one_answer(block, forms[-1:], max_sector)  # the others' answers: for random plants, below
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(12), pytest.param(range(12, sampled(24, of=200)), marks=pytest.mark.slow)])
 def test_random_plants(seeds):
     for seed in seeds:

@@ -16,6 +16,7 @@ from lure.analysis.plots.measured import plot_compliance, plot_measured
 REPORT = report_from_data(EXAMPLE, fit=True)
 
 
+@pytest.mark.slow
 def test_the_command_prints_what_the_report_says(capsys):
     assert main(["sector", str(EXAMPLE), "--fit"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -34,6 +35,7 @@ def test_json_and_a_claim(capsys):
     assert main(["sector", str(EXAMPLE), "--slope", "--within", "-1e6", "1e6"]) == 0
 
 
+@pytest.mark.slow
 def test_area_origin_and_columns(capsys):
     assert main(["sector", str(EXAMPLE), "--area", "25e-6", "--origin", "gap", "--force", "3", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -348,6 +348,7 @@ def test_a_region_uses_that_a_neuron_is_active_around_the_equilibrium():
 
 # Around each equilibrium all neurons are lines, and the loop is linear and stable: some ellipsoid is invariant, whose
 # strip is |sigma| < 2235/184 with slope 1/10; < 5/8, 3/8 with none; < 16/3 with none before an output at its limit.
+@pytest.mark.slow_for("A1-network1")
 @pytest.mark.parametrize(
     ("A", "network"),
     [

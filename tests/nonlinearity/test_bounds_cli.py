@@ -45,6 +45,7 @@ def test_slopes_are_asked_for(lure):
     assert "sector" not in out
 
 
+@pytest.mark.slow_for("arguments4-10-is not decided")
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [

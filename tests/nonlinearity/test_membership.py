@@ -193,6 +193,7 @@ def test_an_examined_formula_without_a_declared_sector_carries_the_certified_cla
     ).nonlinearity_class == NonlinearityClass.slope_restricted(0, 2, odd=True)
 
 
+@pytest.mark.slow_for("sigma*(1+log(2+sin(1/(sigma**2+0.00001))))-s")
 @pytest.mark.parametrize(
     ("nonlinearity", "message"),
     [

@@ -209,6 +209,7 @@ def test_a_block_has_the_value_of_its_formula(text, point):
         assert value(block, point) == number
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.fractions(-9, 9, max_denominator=9), min_size=1, max_size=4),
     st.lists(st.fractions(-9, 9, max_denominator=9), min_size=4, max_size=6).filter(lambda d: d[0] != 0),

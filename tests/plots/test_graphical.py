@@ -279,6 +279,7 @@ def test_the_title_never_names_a_larger_sector_than_the_proof():
     assert title.startswith("sector [0, 5.999999]")
 
 
+@pytest.mark.slow
 def test_a_page_has_its_own_figure_its_evidence_and_what_proves_it():
     first, second = popov_response(THIRD)._repr_html_(), popov_response(THIRD, k=5)._repr_html_()
     for page in (first, second):

@@ -133,6 +133,7 @@ def test_without_axes_a_new_figure_is_made():
     pyplot.close(axes.figure)
 
 
+@pytest.mark.slow_for("damping", "nyquist", "popov expression", "popov", "r2", "v")
 @pytest.mark.parametrize("draw", DRAWINGS.values(), ids=DRAWINGS)
 def test_a_picture_is_the_same_whatever_the_settings_and_leaves_them_alone(draw):
     before = dict(mpl.rcParams)
@@ -244,6 +245,7 @@ def test_the_damping_of_scheme_and_rod_is_that_of_the_spectrum(ax):
     assert curve(ax, "rod")[:, 1] == pytest.approx(np.full(10, 1.0), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "cells"),
     [

@@ -53,6 +53,7 @@ def assert_stacked(figure, above, below):
     assert above.get_xlim() == below.get_xlim()
 
 
+@pytest.mark.slow_for("comparison-None", "compliance-constrained")
 @pytest.mark.parametrize("layout", rarely([None, "constrained", "tight", "compressed"], "tight", "compressed"))
 @pytest.mark.parametrize("draw", DRAWINGS.values(), ids=DRAWINGS)
 def test_the_labels_of_both_panels_are_seen(draw, layout):

@@ -43,6 +43,7 @@ def test_popov_in_the_critical_case_is_a_closed_form():
     assert found.closed
 
 
+@pytest.mark.slow
 def test_monotone_and_odd_laws_have_different_answers():
     # example 6: a monotone nonlinearity of slope 175/192 has an orbit of period 3, while linear gains are stable up to
     # 25/23
@@ -114,6 +115,7 @@ def test_an_unstable_block_has_a_sector_away_from_zero():
     assert found.largest.low > 1
 
 
+@pytest.mark.slow
 def test_dead_time_has_two_sides_too():
     found = max_sector(DelayPlant.parse("exp(-s/2)/s"))
     assert found.largest.low == pytest.approx(math.pi, rel=1e-7)
@@ -203,6 +205,7 @@ def test_units_of_time_and_gain_do_not_matter(block, gain, scale):
             assert a.largest.low == pytest.approx(float(gain) * b.largest.low, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_analyse_decides_the_class_asked_about():
     inside = analyse(Problem.about(THIRD, NonlinearityClass(sector=Sector(0, 5)), name="x"))
     assert inside.verdict is Verdict.PROVED
@@ -239,6 +242,7 @@ def test_a_dashpot_that_feeds_energy_in_refutes_every_class():
         assert recheck(found[0].refutation.certificate).accepted
 
 
+@pytest.mark.slow
 def test_blocks_too_large_for_exact_polynomials_are_certified_by_matrices_from_both_sides():
     # sixty-one equal lags in cascade: 1/(s + 1)^61 is real at omega = tan(pi/61), the gain limit is sec(pi/61)^61
     n = 61
@@ -331,6 +335,7 @@ def test_options_and_extremes_are_refused_in_a_sentence(question, words):
         question()
 
 
+@pytest.mark.slow
 def test_a_limit_at_zero_above_a_negative_lower_end_is_searched_too():
     # -(s + 1)/s^2: s^2 - k s - k is stable for k < 0 only
     block = RationalPlant([-1, -1], [1, 0, 0])
@@ -339,6 +344,7 @@ def test_a_limit_at_zero_above_a_negative_lower_end_is_searched_too():
     assert found.largest.low <= 0
 
 
+@pytest.mark.slow
 def test_smooth_formulas_are_known_to_be_locally_lipschitz():
     smooth = ExpressionNonlinearity("tanh(sigma) + sigma**3/3", sector=Sector(0, math.inf))
     rough = ExpressionNonlinearity("sign(sigma)*sqrt(abs(sigma))", sector=Sector(0, math.inf))

@@ -62,6 +62,7 @@ def test_a_piece_on_which_the_loop_equation_has_one_value_is_several_solutions()
     assert certify(Loop(as_plant("(s + 2)/(s + 1)"), flat)).code is codes.SEVERAL_SOLUTIONS
 
 
+@pytest.mark.slow
 def test_a_saturation_vanishes_at_zero_only_so_that_it_attracts_all():
     found = analyse(Loop(PD, Saturation()))
     assert found.conclusion.headline == "Every solution converges to 0 with saturation min(max(sigma, -1), 1)."
@@ -100,6 +101,7 @@ def test_with_a_sector_above_the_critical_gain_0_is_the_only_equilibrium():
         assert table._not_shown(THIRD, rows, found)[0].startswith("that 0 attracts") is not only
 
 
+@pytest.mark.slow
 def test_a_class_whose_slopes_are_not_its_sector_is_proved_by_the_analysis_as_by_itself():
     # 1/(z^2 - z): Jury and Lee's criterion needs no lower bound of the slope, and reaches the linear limit 1
     block = RationalPlant([1], [1, -1, 0], dt=1)

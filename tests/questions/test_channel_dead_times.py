@@ -169,6 +169,7 @@ def test_a_delay_known_by_its_bound_adds_to_one_that_is_known():
     assert certify("3*exp(-s)/(s+1/2)", [NonlinearityClass.delayed(0.5)]).verdict.name == "REFUTED"  # with tau = 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(1, 6))])
 def test_no_gain_of_what_is_proved_is_unstable(seed):
     random = np.random.default_rng(seed)
@@ -284,6 +285,7 @@ def test_a_hypothesis_that_fails_is_named_before_a_search(rows, classes, code, s
     assert refused.value.code.name == code
 
 
+@pytest.mark.slow
 def test_constant_gains_beside_an_integrator_with_dead_time_are_proved_as_functions():
     # pi/2 is where i w + k exp(-i w) = 0, and Popov's criterion reaches it for all functions in [0, k]
     late = as_plant([["exp(-s)/s", "0"], ["0", "1/(s+1)"]])

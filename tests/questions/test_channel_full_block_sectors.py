@@ -32,6 +32,7 @@ def both_sides(rows, classes, dt=None):
 # -1/k.  Of 1/(s + 1)^3 the least real part is -1/4 at omega = 1 (gains alone: 8).  Of 1/(2 z - 1) it is -1/3 at z = -1.
 # H = J/(s + 1), J = [[0, 1], [-1, 0]], in [-k, k]: |H| <= 1, and mu = -Q sigma with Q = J leaves s + 1 - k, limit 1,
 # while gains g_1, g_2 alone leave (s + 1)^2 + g_1 g_2: the same limit, at g_1 = -g_2
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "low", "dt", "limit"),
     [

@@ -42,6 +42,7 @@ def test_an_operator_around_a_normal_matrix_is_refuted_at_the_norm(M, size):
 
 
 # three operators: scalings for each frequency leave nothing open (Packard and Doyle 1993), so both sides meet
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [2, pytest.param(1, marks=pytest.mark.thorough), pytest.param(6, marks=pytest.mark.thorough)]
 )

@@ -126,6 +126,7 @@ def test_an_internally_positive_plant_has_the_answer_of_its_linear_gain(discrete
 
 # A = A', C = B': passive in continuous time, so that no factor ends it.  In discrete time A - B G B' is symmetric for
 # all gains, |.|^2 falls for every class as long as it is > -1 at the largest, and equal gains are beyond.
+@pytest.mark.slow_for("False")
 @TIMES
 @FEW
 @given(seed=SEEDS, kind=ANY)
@@ -243,6 +244,7 @@ def test_the_attacks_see_what_is_not_stable(kind, parts, discrete, most):
 
 # x+ = -x/2 - phi(x), slopes in [0, k]: with k sat(x), k > 1/2, +-2 k is a periodic solution; a gain of .502 grows by
 # 1.002 a step; below 1/2 |x| falls by 1/2 + k.
+@pytest.mark.slow_for("0.49-False", "0.502-True")
 @pytest.mark.parametrize(("k", "persists"), [(0.6, True), (0.502, True), (0.49, False)])
 def test_a_periodic_solution_and_slow_growth_persist(k, persists):
     classes = Diagonal((NonlinearityClass.slope_restricted(0, Fraction(k), odd=True),) * 2)

@@ -207,6 +207,7 @@ def test_a_cascade_is_answered_as_the_loops_that_drive_one_another(rows):
     assert found.meaning == "The point 0 attracts every solution"
 
 
+@pytest.mark.slow
 def test_a_cascade_in_samples_may_be_driven_at_once_and_in_continuous_time_not():
     plant = as_plant([["z/(10*(z-1/2)^2)", "1/2"], ["0", "1/(z-1/2)"]], dt=1)
     assert seconded(max_slope(plant, [SLOPE] * 2)).criterion == "cascade"  # 1/(z - 1/2) ends at 3/2

@@ -215,6 +215,7 @@ def test_matrices_that_do_not_fit_are_refused():
 
 
 # Random plants of random boxes with random constant members: none has a larger gain than is certified.
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_no_member_of_a_box_has_a_larger_gain(seed):
     rng = np.random.default_rng(seed)

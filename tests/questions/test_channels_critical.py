@@ -46,6 +46,7 @@ def unimodular(n):
     return np.eye(n, dtype=int) + np.eye(n, k=1, dtype=int)
 
 
+@pytest.mark.slow_for("plant2")
 @pytest.mark.parametrize(
     "plant",
     [
@@ -136,6 +137,7 @@ def test_integrators_without_the_hypotheses_are_refused(name):
         zero_modes(plant.A, plant.B, plant.C, discrete=False)
 
 
+@pytest.mark.slow_for("unseen")
 @pytest.mark.parametrize("name", rarely(REFUSED, "no symmetry", "no symmetry, of three", "unmoved"))
 def test_integrators_without_the_hypotheses_are_not_certified(name):
     plant, _ = REFUSED[name]

@@ -45,6 +45,7 @@ def test_an_integrator_with_dead_time_and_the_gain_0_does_not_decay():
 
 
 # roots s = W(-g) of s + g e^-s: the rightmost with the gain 1/5 is real, with the gain 1 it is W_0(-1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("low", "high", "proved", "slowest", "bounds"),
     seldom([(0.2, 0.35, 0.259171, 0.259171, Sector), SLOW := (0.5, 1, 0.31805, 0.318132, SlopeBounds)], SLOW),

@@ -85,6 +85,7 @@ def test_what_is_not_covered_is_refused_or_left_open():
         energy_bounds(parse_system(box + "[performance]\nBw = [[1]]\nCz = [[1]]\n", name="box", source="here"))
 
 
+@pytest.mark.slow
 def test_the_command_says_both(lure, tmp_path):
     text = (
         "[plant]\nA = [[-1]]\nB = [[1]]\nC = [[1]]\n[class]\nsector = [0, 1]\n[performance]\nBw = [[1]]\nCz = [[1]]\n"

@@ -65,6 +65,7 @@ def test_delays_in_the_denominator_end_at_the_linear_gain(plant, lower, end):
         assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "end"),
     [

@@ -244,6 +244,7 @@ def test_a_polygon_within_the_unit_disc_is_smaller_the_less_is_known_of_the_bend
     assert polygon(-1000, convex=False) == []
 
 
+@pytest.mark.slow
 def test_membership_is_exact_and_agrees_with_the_drawing(oscillator):
     points = oscillator.sets[0].points
     rng = np.random.default_rng(7)

@@ -156,6 +156,7 @@ def boundary(P, count, seed):
     return np.linalg.solve(np.linalg.cholesky(np.array(P, dtype=float)).T, z.T).T
 
 
+@pytest.mark.slow
 def test_no_start_of_a_set_escapes(square, saddle):
     for found, plant, laws in (
         (square, TWO, LIMITS),
@@ -176,6 +177,7 @@ def test_members_satisfy_the_terms_that_a_certificate_uses(square):
         assert np.min((sigma - phi) * (phi - x @ h)) >= -1e-9
 
 
+@pytest.mark.slow
 def test_local_sectors_of_formulas_in_both_times():
     # pendulum with friction; a cubic spring that softens, sampled
     for plant, law in ((([1], [1, 1, 0]), "sin(sigma)"), (as_plant("0.1/(z**2 - 1.7*z + 0.8)", dt=1), "-sigma**3")):
@@ -284,6 +286,7 @@ def test_a_loop_with_little_damping_near_0_has_a_set_too():
 
 
 # z = x1 + x2 has z' = z - sat(2 z), z+ = 1.2 z - sat(.4 z): |z| < 1, |z| < 5 is attracted; x1 - x2 decays: no end.
+@pytest.mark.slow_for("row0-2-None-1")
 @pytest.mark.parametrize(("row", "k", "dt", "most"), [(["0", "1"], 2, None, 1), (["0.85", "0.35"], "0.4", 1, 25)])
 def test_where_sets_grow_for_ever_some_are_proved(row, k, dt, most):
     found = region(as_plant(([row, row[::-1]], [0, 1], [k, k], 0), **({"dt": dt} if dt else {})), Saturation())
@@ -364,6 +367,7 @@ def test_the_command_and_its_certificate(tmp_path, capsys):
     assert main(["verify", "--second", str(proof)]) == 0
 
 
+@pytest.mark.slow
 def test_the_drawing_shows_what_is_known(saddle):
     axes = Figure().add_subplot()
     assert saddle.plot(ax=axes) is axes
@@ -390,6 +394,7 @@ def test_bad_options_are_refused_in_a_sentence(tmp_path, capsys, arguments, word
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_class_that_holds_on_an_interval_is_used_on_it_alone():
     # x' = x - phi, phi in [2, 3] sigma for |sigma| <= 1, anything beyond: attracted for |x| < 1, and no more is known
     plant = as_plant(([[1]], [1], [1], 0))
@@ -410,6 +415,7 @@ def test_a_class_that_holds_on_an_interval_is_used_on_it_alone():
         LocalSector(1, 0, 1)
 
 
+@pytest.mark.slow
 def test_a_direct_term_feeds_what_is_bounded_into_a_sector():
     # two channels, sigma_2 = x_2 + phi_1/2: |sigma_2| <= |x_2| + 1/2 on every set
     plant = as_plant(([[1, 0], [0, -1]], [[1, 0], [0, 1]], [[3, 0], [0, 1]], [[0, 0], ["-1/2", 0]]))
@@ -443,6 +449,7 @@ def test_what_is_no_question_about_a_region_is_refused():
 # x' = (U - 1) grad U with U = 20 x1^2 + x2^2 is attracted from U < 1 alone, which holds x'x <= 1/20 and no larger disc;
 # solvers have printed 1/15.  By polarisation, x1 x2^2 = ((x1 + x2)^3 + (x1 - x2)^3 - 2 x1^3)/6, it is a loop of four
 # cubics.
+@pytest.mark.slow
 def test_a_level_beyond_the_boundary_of_the_region_is_never_certified():
     B = [["-2360/3", 0, "-20/3", "-20/3"], [0, "34/3", "-20/3", "20/3"]]
     plant = MultivariablePlant(
@@ -504,6 +511,7 @@ def test_bad_intervals_are_refused_in_a_sentence(tmp_path, capsys, old, new, wor
 
 # x+ = x + 0.1 (y, -x - y) + 0.1 (0, x^3): ellipsoids with other intervals go farther along the axes of the largest one,
 # and where each of them holds a point the others do not, their union is larger.
+@pytest.mark.slow
 def test_ellipsoids_with_other_intervals_are_united():
     loop = as_plant(([[1, "0.1"], ["-0.1", "0.9"]], [0, "0.1"], [1, 0], 0), dt=Fraction(1, 10))
     found = region(loop, Cubic(linear=0, cubic=-1))
@@ -557,6 +565,7 @@ def test_the_volume_of_a_union_is_known_from_below_to_a_few_thousandths():
 
 
 # x1' = x2, x2' = x3, x3' = x1 - sat(3 x1 + 5 x2 + 4 x3)
+@pytest.mark.slow
 def test_three_states_have_the_volume_of_a_union_too():
     found = region(as_plant(([[0, 1, 0], [0, 0, 1], [1, 0, 0]], [0, 0, 1], [3, 5, 4], 0)), Saturation())
     assert len(found.sets) > 1

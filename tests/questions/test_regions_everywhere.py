@@ -34,6 +34,7 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
 # gains leave roots on the right.  For a force along the speed of an oscillator x^2 + y^2 falls by 2 y phi.  A dead zone
 # leaves what is in it at rest, a triple integrator is unstable for small gains, and a hidden state rests: nothing is
 # said of these.
+@pytest.mark.slow_for("plant9-sigma/(1 + sigma**2)-False")
 @pytest.mark.parametrize(
     ("plant", "law", "everywhere"),
     [

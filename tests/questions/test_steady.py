@@ -87,6 +87,7 @@ ROOTED = ExpressionNonlinearity("sigma/(1 + sigma**2)**0.5")
 BENT = PiecewiseLinear([(-1, F(-1, 2)), (0, 0), (2, 2)], left_slope=F(1, 4), right_slope=F(1, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phi", [BENT, pytest.param(ROOTED, marks=pytest.mark.thorough)])
 def test_simulations_from_any_start_end_inside_the_band(phi):
     wave = (1.25, 2.0, 0.5)

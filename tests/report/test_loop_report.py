@@ -476,6 +476,7 @@ def test_the_bracket_of_every_class_fits_the_chart(reports, name):
     pyplot.close("all")
 
 
+@pytest.mark.slow
 def test_curves_of_every_kind_of_block_are_drawn():
     from matplotlib import pyplot
 

@@ -62,6 +62,7 @@ def test_a_directory_gets_a_pdf_only_if_asked_and_is_replaced_as_before(here):
     assert names(here / "lure-report") == ["certificates", "figures", "report.html", "report.json"]
 
 
+@pytest.mark.slow_for("thesis.pdf-'thesis.pdf' exists")
 @installed
 @pytest.mark.parametrize(
     ("target", "sentence"),

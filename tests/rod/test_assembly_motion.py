@@ -106,6 +106,7 @@ BETWEEN = rods("both-ends", rod("1/5"), compliances=["1/30", "1/50"], gaps=["1/1
 ACROSS = rods("across-gap", rod("1/5"), rod(1, modulus=2, area=2), compliances=["1/30"], gaps=["1/10"])
 
 
+@pytest.mark.slow_for("assembly2-data2")
 @pytest.mark.parametrize(
     ("assembly", "data"),
     [

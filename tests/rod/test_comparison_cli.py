@@ -50,6 +50,7 @@ def test_json_has_stdout_for_itself(lure):
     assert quiet[2] == ""
 
 
+@pytest.mark.slow
 def test_cells_spaces_method_and_settings_are_used(lure):
     arguments = ("--cells", "none", "--galerkin", "cosine:4,P1:5", "--set", "rod.gap=5e-5", "--until", "3e-4")
     data = json.loads(lure("compare", "paper-rod", *arguments, "--json")[1])

@@ -206,6 +206,7 @@ def test_the_closed_form_of_the_transfer_function_is_that_of_the_matrices(cells,
     assert stated_transfer_function(cells).subs(numbers) == expected
 
 
+@pytest.mark.slow_for("A-None")
 @pytest.mark.parametrize(("part", "column"), [("A", None), ("b1", 0)])
 def test_no_sign_can_be_turned_in_the_ring_without_changing_the_transfer_function(part, column):
     scheme = upwind_matrices(2)

@@ -15,6 +15,7 @@ RNG = np.random.default_rng(5)
 
 # Figure 6 without its numerical damping.  w(0, x) = -e and v = 0 give W = c e on (0, T) and -a(-c e) = -|a| c e on
 # (T, 2T): u(t, L) falls and rises by e |a|^n in each transit of round trip n, from -e/2 on.
+@pytest.mark.slow_for("compiled")
 @pytest.mark.parametrize("compiled", EITHER_WAY)
 def test_the_released_rod_is_a_triangle_wave_over_a_thousand_round_trips(compiled):
     system = builtin_system("paper-rod")

@@ -138,6 +138,7 @@ def test_power_laws_against_closed_forms(eps):
     assert imbalance(root) < 1e-10
 
 
+@pytest.mark.slow_for("1.5")
 @pytest.mark.parametrize("exponent", rarely([0.5, 1.5, 2.0, 3.0], 0.5))
 def test_power_laws_keep_the_balance_through_several_impacts(exponent):
     motion = exact_motion(other_rod(exponent=exponent), LOADED, 20.0)

@@ -28,6 +28,7 @@ def ringing_wave(seed):
 
 
 # Of these waves 0, 1, 8, 15, 20 and 22 sent the end to and fro at one instant until it was refused as chattering.
+@pytest.mark.slow_for("plain")
 @pytest.mark.parametrize("compiled", EITHER_WAY)
 def test_no_wave_is_refused_for_going_to_and_fro_at_one_instant(monkeypatch, compiled):
     for seed in range(30):

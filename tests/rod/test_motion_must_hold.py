@@ -225,6 +225,7 @@ def checked(case):
     return motion
 
 
+@pytest.mark.slow
 @given(case=motions())
 def test_motions_of_any_size_keep_the_balance_and_miss_nothing(case):
     motion = checked(case)

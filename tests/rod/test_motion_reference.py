@@ -55,6 +55,7 @@ def test_every_stiffness_agrees_with_forty_digits_within_the_error_it_reports(ep
     assert impulse < 3e-15
 
 
+@pytest.mark.slow_for("case1")
 @pytest.mark.parametrize(
     "case",
     [

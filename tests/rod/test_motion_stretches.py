@@ -225,6 +225,7 @@ def figure_8(until, numerics):
     return exact_motion(builtin_system("paper-rod-figure-8").rod, scenario, until, numerics=numerics)
 
 
+@pytest.mark.slow
 def test_figure_8_is_almost_all_quiet_and_unchanged():
     motion, other = figure_8(10.0, ON), figure_8(10.0, OFF)
     assert quiet_trips(motion) > 29_000  # of 30 000

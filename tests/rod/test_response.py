@@ -99,6 +99,7 @@ def test_a_constant_push_ends_at_rest_where_the_obstacle_holds_it():
     assert seen.balance.contact == pytest.approx(0.4 * seen.period, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("amplitude", "multiple"),
     [pytest.param(0.5, 1, marks=pytest.mark.thorough), (0.75, 2), pytest.param(0.97, 3, marks=pytest.mark.slow)],

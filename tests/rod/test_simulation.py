@@ -102,6 +102,7 @@ def test_loads_agree_with_another_solver(exponent, loads):
     assert run.loaded
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("compliance", "exponent"),
     [(1e-4, 1.0), *(pytest.param(*one, marks=pytest.mark.thorough) for one in ((1e-8, 1.0), (1e-7, 1.5)))],

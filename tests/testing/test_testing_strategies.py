@@ -94,6 +94,7 @@ def test_knots_are_of_the_scale_asked_for(data, bounds, scale):
     assert all(scale / 10 <= abs(x) <= 40 * scale for x in nonlinearity.breakpoints if x != 0)
 
 
+@pytest.mark.slow_for("<lambda>2")
 @pytest.mark.parametrize(
     "reached",
     [
@@ -190,6 +191,7 @@ def test_blocks_have_the_poles_they_were_made_from(data, critical, discrete, ord
         assert is_hurwitz(fmpq_poly([fmpq(c.numerator, c.denominator) for c in reversed(rest)]))
 
 
+@pytest.mark.slow
 @given(
     sector_members(F(-1, 2), 2, memory=True), st.lists(st.fractions(-3, 3, max_denominator=9), min_size=1, max_size=8)
 )

@@ -60,6 +60,7 @@ def test_crossings_of_a_level_are_eigenvalues():
     assert family.crossings(0.0, -0.34).size == 0
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_the_state_basis_does_not_matter(seed):
     plant = states(CONTINUOUS[3])

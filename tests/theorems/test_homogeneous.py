@@ -218,6 +218,7 @@ def test_one_class_is_proved_by_forms_of_degree_12_within_two_percent_of_a_switc
     assert refused_again(first)
 
 
+@pytest.mark.slow
 def test_who_asks_for_it_by_name_gets_the_highest_degree(monkeypatch):
     monkeypatch.setattr(homogeneous, "HIGHEST", {3: 3})
     monkeypatch.setattr(homogeneous, "QUICK", {3: 2})

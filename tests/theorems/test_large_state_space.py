@@ -100,6 +100,7 @@ def test_a_symmetric_block_is_sharp_from_both_sides(n):
     assert recheck(dict(passive.proof.certificate)).accepted
 
 
+@pytest.mark.slow
 def test_a_lower_end_and_a_direct_term_shift_the_loop():
     # 12/(s^2 + 2 s - 3) is unstable; with the gain 1/2 the loop is s^2 + 2 s + 3, and no larger gain destabilises it
     block = StateSpace([[0, 1], [3, -2]], [0, 1], [12, 0])

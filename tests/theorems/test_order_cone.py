@@ -160,6 +160,7 @@ def test_forms_of_samples_go_beyond_every_zames_falb_multiplier():
     assert not accepted(draft(TURNED, "11/7", rows(ODD), odd=True))  # where linear gains end
 
 
+@pytest.mark.slow
 def test_two_samples_are_searched_for_and_certified():
     found = order_cone_largest(DISCRETE[6], odd=False, window=2, taps=0)
     assert found.largest.low == pytest.approx(0.87648, abs=2e-5)  # 0.876480, the semidefinite programme in Clarabel

@@ -209,6 +209,7 @@ def sampled(plant, theta):
         return min(float(((1 + acb(theta) * s) * n(s) / d(s)).real) for s in points)
 
 
+@pytest.mark.slow
 @given(stable_plants())
 def test_dense_samples_never_lie_below_the_certified_level(plant):
     answer = answer_for(plant)
@@ -216,6 +217,7 @@ def test_dense_samples_never_lie_below_the_certified_level(plant):
     assert sampled(plant, answer.theta) * answer.largest.low > -1 - 1e-12
 
 
+@pytest.mark.slow
 @given(stable_plants())
 def test_the_certified_sector_lies_strictly_inside_the_hurwitz_sector(plant):
     answer = answer_for(plant)
@@ -228,6 +230,7 @@ def test_the_certified_sector_lies_strictly_inside_the_hurwitz_sector(plant):
         assert limit.low == math.inf
 
 
+@pytest.mark.slow
 @given(stable_plants())
 def test_the_bracket_is_narrow_and_both_signs_reach_at_least_as_far_as_one(plant):
     both, one = answer_for(plant), popov_largest(plant, sign="nonnegative")

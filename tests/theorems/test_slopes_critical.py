@@ -50,6 +50,7 @@ def test_taps_in_discrete_time_reach_beyond_jury_and_lee():
 
 
 # Popov: 1/k > Im H/(omega) stays behind; with slopes the gap to Routh's 92 closes
+@pytest.mark.slow
 def test_slopes_close_what_the_sector_leaves_open():
     assert popov_largest(SERVO).largest.high < 15.4
     assert 91.9 < park_largest(SERVO).largest.low < 92

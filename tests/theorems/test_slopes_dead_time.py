@@ -36,6 +36,7 @@ KERNELS = (
 
 
 # linear gains: Im H = 0 at 4 w - w^3 = .4 w^2 cot(w/5), w = 1.7854.., and k = -1/Re H there = 1.5917841
+@pytest.mark.slow
 def test_park_reaches_the_linear_gains_of_a_servo_with_dead_time():
     found = max_slope(SERVO)
     assert (found.criterion, found.verdict, found.evidence) == ("park", Verdict.PROVED, Evidence.CERTIFIED)
@@ -125,6 +126,7 @@ def below():
 
 
 # the linear gain of the first: Im H = 0 = Re H + 1/k at w = 2.168; the circle criterion ends at .41210
+@pytest.mark.slow_for("exp(-s)/(s^2 + 2/5*s + 4 + exp")
 @pytest.mark.parametrize(("text", "end"), [(BELOW, 0.42695309441), (AT_REST, 1.93092010569)])
 def test_park_reaches_the_linear_gains_with_dead_time_in_the_denominator(below, text, end):
     found = below[text]

@@ -93,6 +93,7 @@ def assert_same(one, other, *, scale=1, shift=0, rel=1e-6):
     assert one.verdict is other.verdict
 
 
+@pytest.mark.slow_for("zames-falb-discrete-1/1000000")
 @pytest.mark.parametrize(("row", "time", "speed"), with_each(F(1, 10**6), F(3), F(10**4)))
 def test_the_unit_of_time_changes_nothing(row, time, speed):
     assert_same(usual(row, time), reach(row, with_time(FOUND[time], time, speed)))
@@ -104,6 +105,7 @@ def test_a_gain_moves_between_the_block_and_the_class(row, time, gain):
 
 
 # phi = l sigma + phi': the class [l, l + k] of H is the class [0, k] of H/(1 + l H)
+@pytest.mark.slow_for("zames-falb-discrete--1/10")
 @pytest.mark.parametrize(("row", "time", "lower"), with_each(F(-1, 10), F(1, 5)))
 def test_a_shift_of_the_class_is_a_shift_of_the_loop(row, time, lower):
     found = reach(row, FOUND[time], lower)
@@ -136,6 +138,7 @@ RANDOM = {
 FEW = settings(max_examples=sampled(4, of=1000))  # for each row
 
 
+@pytest.mark.slow_for("park-continuous")
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
 @FEW
 @given(
@@ -161,6 +164,7 @@ def test_no_criterion_proves_more_than_the_linear_gains_allow(row, time, data):
         assert is_stable_gain(block, F(found.largest.low))
 
 
+@pytest.mark.slow_for("zames-falb-discrete")
 @pytest.mark.parametrize(("row", "time"), EVERY)
 def test_the_decision_about_a_class_is_sharp_from_both_sides(row, time):
     block, found = FOUND[time], usual(row, time)

@@ -103,6 +103,7 @@ def test_the_largest_slope_stays_below_the_kalman_counterexample_of_fitts(odd):
     assert not recheck(FITTS, {**answer.parameters, "k": "100"})
 
 
+@pytest.mark.slow
 def test_iqcbeta_plant_reaches_every_stable_linear_gain():
     # G = 400 (s^2 - 0.5 s + 1)/((s + 10)(s + 20)(s + 30)); its slope is asked up to 1 only
     plant = block("400 -200 400", "1 60 1100 6000")

@@ -127,6 +127,7 @@ def test_the_multiplier_as_a_laurent_polynomial():
 
 
 # sigma_t -> (-1)^t sigma_t maps odd nonlinearities to themselves and H(z) to H(-z)
+@pytest.mark.slow
 @pytest.mark.parametrize("example", [pytest.param(1, marks=pytest.mark.thorough), 2])
 def test_odd_laws_do_not_distinguish_z_from_minus_z(example):
     plant = DISCRETE[example]
@@ -184,6 +185,7 @@ def test_extreme_blocks_are_certified_all_the_same(numerator, denominator, limit
     assert limit * (1 - 1e-8) < answer.largest.low < limit
 
 
+@pytest.mark.slow
 def test_what_doubles_cannot_search_is_left_open():
     # poles at +-i within 1e-18 of the circle; and a reach of 1e400, beyond doubles
     for plant in (discrete([1], [1, 0, 1 - Fraction(1, 10**18)]), discrete([Fraction(1, 10**400)], [1, "0.5"])):
