@@ -29,9 +29,9 @@ export function follow(address) {
   else change();
 }
 
-/** Keep the fields of a further part of the page. @param {Record<string, string>} fields */
-export function remember(fields) {
-  more.clear();
+/** Keep what the fields of a further part of the page hold; other keys stay. @param {string[]} own @param {Record<string, string>} fields */
+export function remember(own, fields) {
+  for (const name of own) more.delete(name);
   for (const [name, value] of Object.entries(fields)) more.set(name, value);
   const loop = wanted.replace(/^#/, "").split("&").filter((part) => FIELDS.includes(part.split("=")[0]));
   follow(`#${[...loop, ...FURTHER()].join("&")}`);

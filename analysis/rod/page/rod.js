@@ -97,7 +97,7 @@ export function open(asking) {
   async function changed() {
     const of = ++newest;
     redraw();
-    remember(Object.fromEntries(FIELDS.filter((name) => name === "damping" || $(name).value !== $(name).defaultValue)
+    remember(FIELDS, Object.fromEntries(FIELDS.filter((name) => name === "damping" || $(name).value !== $(name).defaultValue)
       .map((name) => [name, $(name).value])));
     const answer = await asking.ask({ ask: "rod", ...Object.fromEntries(FIELDS.map((name) => [name, $(name).value])) });
     if (of !== newest) return;
