@@ -431,7 +431,7 @@ def _answered(
     seconds: float | None,
 ) -> RegionOfAttraction:
     began, (found, shapes) = time.monotonic(), parts
-    proof, beyond, late = None, None, True
+    proof, beyond, reason = None, None, ""
     with suppress(TimeoutError), time_limit(seconds):
         signs = sign_interval(found, shapes)
         if signs is not None:
@@ -443,7 +443,8 @@ def _answered(
             one = AttractedSet(kind="everything", volume=math.inf, proof=whole)
             ends = (math.inf, math.inf)
             return RegionOfAttraction(verdict=Verdict.PROVED, states=found.order, sets=(one,), area=ends)
-        proof, late = proved_ellipsoid(found, shapes, points), False
+        proof = proved_ellipsoid(found, shapes, points)
+        reason = "" if proof else why_no_ellipsoid(found, shapes)
     outside, high = tuple[OutsideSet, ...](), None
     if beyond is not None:
         Q = matrix_of(beyond.certificate, "Q")
@@ -456,8 +457,8 @@ def _answered(
             sets=(),
             outside=outside,
             area=(0.0, high),
-            reason="the time allowed is over" if late else why_no_ellipsoid(found, shapes),
-            stopped="time" if late else None,
+            reason=reason or "the time allowed is over",
+            stopped=None if reason else "time",
         )
     more, planar, along = None, PlanarSets((), None), list[Proved]()
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):

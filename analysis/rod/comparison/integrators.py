@@ -14,6 +14,7 @@ from lure.analysis.rod.simulation import simulate
 from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
 from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
+from lure.plants.multivariable import counted
 from lure.record import described, quantity
 from lure.rod.datasets import Contact, in_phases, number_of_contacts
 from lure.rod.discretisation import UpwindScheme
@@ -67,8 +68,8 @@ class SchemeRun:
         contact = number_of_contacts(len(self.contacts))
         work = "" if self.evaluations is None else f", {self.evaluations} evaluations"
         return (
-            f"scheme of {self.scheme.cells} cells by {self.method} up to {self.t[-1]:.6g} s: {contact}{work}, "
-            f"{self.cpu_seconds:.2g} s of CPU"
+            f"scheme of {counted(self.scheme.cells, 'cell')} by {self.method} up to {self.t[-1]:.6g} s: "
+            f"{contact}{work}, {self.cpu_seconds:.2g} s of CPU"
         )
 
 
