@@ -7,7 +7,6 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 from certificate_format import FORMAT
-from depth import seldom
 from scipy.integrate import solve_ivp
 from tampering import assert_both_reject
 
@@ -34,7 +33,9 @@ def asked(D, *, odd, repeated):
     return channel_problem(as_plant((A, B, C, D)), classes, kind="slope")
 
 
-@pytest.fixture(scope="module", params=seldom(["odd, apart", "any, one for both, direct"], "any, one for both, direct"))
+@pytest.fixture(
+    scope="module", params=["odd, apart", pytest.param("any, one for both, direct", marks=pytest.mark.slow)]
+)
 def found(request):
     apart = request.param == "odd, apart"
     problem = asked(LOOSE if apart else DIRECT, odd=apart, repeated=not apart)

@@ -9,7 +9,6 @@ from functools import partial
 
 import pytest
 from commands import THIRD, names
-from depth import seldom
 
 from lure import RationalPlant
 from lure.analysis import questions
@@ -440,7 +439,8 @@ def test_init_writes_the_template_of_a_loop(lure, tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind", seldom([*TEMPLATES, "contact"], "operator", "disturbance"))
+@pytest.mark.slow_for("operator", "disturbance")
+@pytest.mark.parametrize("kind", [*TEMPLATES, "contact"])
 def test_each_short_template_is_a_system_about_which_something_is_proved(lure, kind):
     said = f"{kind}.toml is written; edit it, then run: lure report {kind}.toml\n"
     assert lure("init", "--kind", kind) == (0, said, "")

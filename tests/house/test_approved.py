@@ -13,7 +13,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from depth import seldom
 from markupsafe import Markup
 from reports import loop_report, rod_report
 
@@ -129,7 +128,8 @@ def of_rod(changes):
     }
 
 
-@pytest.mark.parametrize("name", seldom([*LOOPS, *RODS], "odd", "late", "checked", "varying"))
+@pytest.mark.slow_for("odd", "late", "checked", "varying")
+@pytest.mark.parametrize("name", [*LOOPS, *RODS])
 def test_what_is_said_is_what_was_approved(name):
     found = of_loop(LOOPS[name]) if name in LOOPS else of_rod(RODS[name])
     said = "".join(f"---- {part}\n{short(LOOSE.sub(rough, text)).rstrip()}\n" for part, text in found.items())

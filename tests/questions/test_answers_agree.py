@@ -1,7 +1,6 @@
 """One question, one answer: ``analyse`` and ``certify`` say the same of a loop and a class."""
 
 import pytest
-from depth import seldom
 
 from lure import Sector
 from lure.analysis import Verdict, analyse, certify, max_sector, max_slope
@@ -37,10 +36,8 @@ CASES = {
 }
 
 
-DEAR = [name for name in CASES if name.startswith("dead time")]  # half a second to two each
-
-
-@pytest.mark.parametrize("name", seldom(CASES, *DEAR))
+@pytest.mark.slow_for("dead time")  # half a second to two each
+@pytest.mark.parametrize("name", CASES)
 def test_analyse_and_certify_agree(name):
     plant, phi, verdict = CASES[name]
     looked, check_for_class = analyse(plant, phi), certify(plant, phi)

@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from depth import seldom
 
 from lure import NonlinearityClass, Sector, SlopeBounds
 from lure.analysis import analyse, certify, check, max_sector, max_slope
@@ -21,7 +20,8 @@ _ENDS = {"exp(-s)/s": (Fraction(1, 2), math.pi / 2), "exp(-s/5)/(s-1)": (2, 7.22
 
 
 @pytest.mark.parametrize("question", [max_sector, pytest.param(partial(max_slope, odd=True), marks=pytest.mark.slow)])
-@pytest.mark.parametrize("plant", seldom(_ENDS, "exp(-s/5)/(s-1)", "exp(-s)/(s+1)"))
+@pytest.mark.slow_for("exp(-s/5)/(s-1)", "exp(-s)/(s+1)")
+@pytest.mark.parametrize("plant", _ENDS)
 def test_sectors_and_slopes_end_at_the_linear_gain(plant, question):
     lower, end = _ENDS[plant]
     found = question(plant, lower=lower)
@@ -35,21 +35,17 @@ def test_sectors_and_slopes_end_at_the_linear_gain(plant, question):
         assert recheck(shown.certificate).accepted
 
 
+@pytest.mark.slow_for("exp(-s)/(s + exp", "exp(-s)/(s - 1")
 @pytest.mark.parametrize(
     ("plant", "lower", "end"),
-    seldom(
-        [
-            ("exp(-s)/(s + exp(-s))", 0, math.pi / 2 - 1),  # exp(-s)/s with one more
-            ("-1/(s + 1 + exp(-s)/2)", 0, 1.5),  # s + 1 + exp(-s)/2 - k is 0 at 0
-            ("(0.4*s - 0.3)/(s^2 + 2.3*s + 2.2 - 1.5*(s + 1)*exp(-s/10))", 1, 7 / 3),  # 0.7 - 0.3 k at 0
-            # 1 - 2 cos(w/10) = k cos(w), w - 2 sin(w/10) = k sin(w): w = 2.0897011 and k = 1.9286822513
-            ("exp(-s)/(s - 1 + 2*exp(-s/10))", 0, 1.9286822513),
-            ("exp(-s)/(s - 1)/(1 + 2*exp(-s/10)/(s - 1))", 0, 1.9286822513),
-        ],
-        ("exp(-s)/(s + exp(-s))", 0, math.pi / 2 - 1),
+    [
+        ("exp(-s)/(s + exp(-s))", 0, math.pi / 2 - 1),  # exp(-s)/s with one more
+        ("-1/(s + 1 + exp(-s)/2)", 0, 1.5),  # s + 1 + exp(-s)/2 - k is 0 at 0
+        ("(0.4*s - 0.3)/(s^2 + 2.3*s + 2.2 - 1.5*(s + 1)*exp(-s/10))", 1, 7 / 3),  # 0.7 - 0.3 k at 0
+        # 1 - 2 cos(w/10) = k cos(w), w - 2 sin(w/10) = k sin(w): w = 2.0897011 and k = 1.9286822513
         ("exp(-s)/(s - 1 + 2*exp(-s/10))", 0, 1.9286822513),
         ("exp(-s)/(s - 1)/(1 + 2*exp(-s/10)/(s - 1))", 0, 1.9286822513),
-    ),
+    ],
 )
 def test_delays_in_the_denominator_end_at_the_linear_gain(plant, lower, end):
     found = max_sector(plant, lower=lower)

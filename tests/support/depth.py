@@ -17,18 +17,11 @@ def sampled(count, *, of):
 
 
 def rarely(values, *left):
-    """The parameters of a test, those that are left to `make thorough` marked: the others show the same for less."""
-    return marked(values, left, pytest.mark.thorough)
+    """The parameters of a test, those that are left to `make thorough` marked: the others show the same for less.
 
-
-def seldom(values, *left):
-    """The parameters of a test, those that are left to `make slow` marked: the others show the same for less."""
-    return marked(values, left, pytest.mark.slow)
-
-
-def marked(values, some, mark):
-    """The values, some of them with a mark; a tuple has the values of several parameters."""
+    A tuple among the values has the values of several parameters.  What is left to `make slow` is marked `slow_for`.
+    """
     return [
-        pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=[mark] * (value in some))
+        pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=[pytest.mark.thorough] * (value in left))
         for value in values
     ]
