@@ -305,9 +305,9 @@ def region(
     with out.progress():
         found = run(chosen, along=points, seconds=seconds)
     out.results(found.to_dict(), found.lines() + (_states(chosen.block) if found.sets or found.outside else []))
-    proof = found.sets[0].proof if found.sets else None
-    what = "of the first set" if found.sets else "of a set"
-    out.certificate(output, proof, what)
+    shown = found.proof or found.linear
+    what = "of the first set" if found.sets else "of the loop near 0" if shown else "of a set"
+    out.certificate(output, shown, what)
     out.figure(plot, found.plot, (5.2, 4.4))
     return exit_status(found.verdict)
 

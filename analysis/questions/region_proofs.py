@@ -510,23 +510,22 @@ def _row(row: NDArray[np.float64], P: NDArray[np.float64], one: Local) -> list[s
 # Starts outside.
 
 
-def why_no_ellipsoid(plant: MultivariablePlant, shapes: Sequence[Shape]) -> str:
-    """That 0 attracts no neighbourhood, if the loop near it is linear and the checker agrees; else that none was found.
+def unstable_near_0(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:
+    """That the loop is linear near 0, and is not asymptotically stable, if the checker agrees.
 
     Parameters
     ----------
     plant : MultivariablePlant
-        The linear part.
+        The linear part; nothing is said where ``D`` has a cycle: a state near 0 need not have ``sigma`` near 0 then.
     shapes : sequence of Shape
         What is known of each nonlinearity: with one that is no line near 0 nothing is said.
     """
     near = [one.pieces[sum(cut < 0 for cut in one.cuts)] for one in shapes if one.pieces and 0 not in one.cuts]
-    if len(near) == len(shapes) and all(piece.degree() <= 1 for piece in near):
-        gains = [to_fraction(piece[1]) for piece in near]
-        classes = Diagonal(tuple(NonlinearityClass(sector=Sector(gain, gain + 1)) for gain in gains))
-        if refutation(Problem(plant=plant, classes=classes, kind="class"), Fraction(1), constant_gains(gains)):
-            return "near 0 the loop is linear and not asymptotically stable, so that no neighbourhood of 0 is attracted"
-    return "no invariant ellipsoid was found"
+    if len(near) < len(shapes) or any(piece.degree() > 1 for piece in near) or levels(plant.D) is None:
+        return None
+    gains = [to_fraction(piece[1]) for piece in near]
+    classes = Diagonal(tuple(NonlinearityClass(sector=Sector(gain, gain + 1)) for gain in gains))
+    return refutation(Problem(plant=plant, classes=classes, kind="class"), Fraction(1), constant_gains(gains))
 
 
 def proved_growth(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Refuted | None:

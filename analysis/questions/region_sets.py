@@ -33,6 +33,8 @@ from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
 from lure.record import described, quantity
 
+Exactly = tuple[tuple[Fraction, ...], ...]
+Ends = tuple[Fraction | float, Fraction | float]
 _BITS = 40
 _TINY = Fraction(1, 2**100)
 _NARROW = 24  # bits: the width of a sector for what is left over of moved limits
@@ -306,7 +308,20 @@ def levels(D: Sequence[Sequence[Fraction]]) -> list[list[int]] | None:
     return found
 
 
+def plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Exactly:
+    """A form with a multiple of a square added; ``P``: the form; ``factor``: of the square of ``row``."""
+    return tuple(
+        tuple(v + factor * a * b for v, b in zip(line, row, strict=True)) for line, a in zip(P, row, strict=True)
+    )
+
+
 # One state: signs.
+
+
+def ends_of(shown: Proved | Refuted) -> Ends:
+    """The ends of the interval of a proof or refutation by signs; ``shown``: of :func:`sign_interval`."""
+    low, high = (end if end in ("inf", "-inf") else Fraction(end) for end in shown.certificate["proof"]["interval"])
+    return float(low) if isinstance(low, str) else low, float(high) if isinstance(high, str) else high
 
 
 def sign_interval(plant: MultivariablePlant, shapes: Sequence[Shape]) -> tuple[Proved | None, Refuted | None] | None:

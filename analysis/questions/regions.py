@@ -31,14 +31,17 @@ from lure.analysis.questions.region_proofs import (
     proved_ellipsoid,
     proved_growth,
     proved_level_set,
-    why_no_ellipsoid,
+    unstable_near_0,
 )
 from lure.analysis.questions.region_sets import (
+    Ends,
     Shape,
+    ends_of,
     equilibria,
     loop_asked,
     matrix_of,
     parted,
+    plus,
     points_along,
     positive,
     shape_given,
@@ -58,9 +61,8 @@ from lure.record import Record, derived, quantity
 if TYPE_CHECKING:
     from lure.analysis.certificates.checker import Checked
 
-Exactly = tuple[tuple[Fraction, ...], ...]
-Ends = tuple[Fraction | float, Fraction | float]
 _UNITED = 3  # states, up to which several ellipsoids are looked for
+_UNSTABLE = "near 0 the loop is linear and not asymptotically stable"
 _ADDS = 1 + Fraction(1, 10**5)  # by which a curve makes a union larger, to be kept
 
 
@@ -209,15 +211,16 @@ class OutsideSet(Record):
 class RegionOfAttraction(TwoSided):
     """Sets inside the region of attraction of 0, and sets outside of it; ``sigma = H mu``, ``mu = -phi(sigma)``.
 
-    PROVED: there is a set of positive volume from which every solution tends to 0.  Nothing is said of a start that
-    lies in none of the sets.
+    PROVED: there is a set of positive volume from which every solution tends to 0.  REFUTED: there is none; the starts
+    whose solutions do have volume 0.  Nothing else is said of a start that lies in none of the sets.
     """
 
-    verdict: Verdict = quantity("PROVED: some set is; else INCONCLUSIVE", label="")
+    verdict: Verdict = quantity("PROVED: some set is; REFUTED: none is", label="")
     evidence: Evidence = quantity("of the sets", default=Evidence.CERTIFIED)
     states: int = quantity("number of states")
     sets: tuple[AttractedSet, ...] = quantity("inside the region, first the largest or what holds the points", label="")
     outside: tuple[OutsideSet, ...] = quantity("outside of it", label="", default=())
+    linear: Refuted | None = quantity("of the linear loop near 0, where REFUTED", hidden=True, default=None)
     equilibria: tuple[tuple[Fraction, ...], ...] = quantity(
         "other than 0, exactly, where every nonlinearity is on a line: they are not attracted", label="", default=()
     )
@@ -265,8 +268,8 @@ class RegionOfAttraction(TwoSided):
 
     @property
     def refutation(self) -> Refuted | None:
-        """Of the first set outside, what the checker accepted."""
-        return self.outside[0].proof if self.outside else None
+        """Of the linear loop near 0, or of the first set outside, what the checker accepted."""
+        return self.linear or (self.outside[0].proof if self.outside else None)
 
     @property
     def _sides(self) -> tuple[Checked | None, Checked | None]:
@@ -280,7 +283,9 @@ class RegionOfAttraction(TwoSided):
     def lines(self) -> list[str]:
         """What was found, a sentence each."""
         word = {1: "length", 2: "area"}.get(self.states, "volume")
-        if not self.sets:
+        if self.linear is not None:
+            said = [f"REFUTED: {self.reason}, so that almost no solution tends to 0."]
+        elif not self.sets:
             said = [f"INCONCLUSIVE: no set of starts is proved to be attracted by 0: {self.reason}."]
         else:
             first = self.sets[0]
@@ -431,11 +436,11 @@ def _answered(
     seconds: float | None,
 ) -> RegionOfAttraction:
     began, (found, shapes) = time.monotonic(), parts
-    proof, beyond, reason = None, None, ""
+    proof, beyond, linear, reason = None, None, None, ""
     with suppress(TimeoutError), time_limit(seconds):
         signs = sign_interval(found, shapes)
         if signs is not None:
-            return _of_signs(*signs)
+            return _of_signs(*signs, found, unstable_near_0(found, shapes) if signs[0] is None else None)
         beyond = proved_growth(found, shapes)
         local = beyond is not None or any(shape.reach is not None for shape in given[1])
         whole = None if local else proved_everywhere(*given)
@@ -444,22 +449,15 @@ def _answered(
             ends = (math.inf, math.inf)
             return RegionOfAttraction(verdict=Verdict.PROVED, states=found.order, sets=(one,), area=ends)
         proof = proved_ellipsoid(found, shapes, points)
-        reason = "" if proof else why_no_ellipsoid(found, shapes)
+        linear = None if proof else unstable_near_0(found, shapes)
+        reason = "no invariant ellipsoid was found"
     outside, high = tuple[OutsideSet, ...](), None
     if beyond is not None:
         Q = matrix_of(beyond.certificate, "Q")
         outside = (OutsideSet(kind="ellipsoid", Q=Q, proof=beyond),)
         high = volume_above(Q) if found.order == 2 else None
     if proof is None:
-        return RegionOfAttraction(
-            verdict=Verdict.INCONCLUSIVE,
-            states=found.order,
-            sets=(),
-            outside=outside,
-            area=(0.0, high),
-            reason=reason or "the time allowed is over",
-            stopped=None if reason else "time",
-        )
+        return _without_sets(found, linear, outside, high, reason)
     more, planar, along = None, PlanarSets((), None), list[Proved]()
     with suppress(TimeoutError), time_limit(None if seconds is None else max(1e-3, seconds + began - time.monotonic())):
         more = proved_level_set(found, shapes, proof, points)
@@ -514,9 +512,9 @@ def _set_of(proof: Proved, shapes: Sequence[Shape]) -> AttractedSet:
         chord = (found.sector_upper if theta >= 0 else found.sector_lower).outer
         slope = found.slope_lower if theta >= 0 else found.slope_upper
         row = [Fraction(v) for v in rows[i]]
-        inner = _plus(inner, theta * Fraction(chord), row)
+        inner = plus(inner, theta * Fraction(chord), row)
         known = known and slope is not None
-        flat = flat if slope is None else _plus(flat, theta * Fraction(slope.outer), row)
+        flat = flat if slope is None else plus(flat, theta * Fraction(slope.outer), row)
     convex = known and positive(flat)
     one = AttractedSet(kind="level set", integrals=integrals, convex=convex, volume=volume_below(inner), **settings)
     if known and len(P) == 2:
@@ -535,12 +533,6 @@ def _needed(sets: list[AttractedSet]) -> tuple[list[AttractedSet], float]:
     if union_below(kept) * _ADDS > whole:
         sets = [one for one in sets if one is first or one.kind != "curve"]
     return sets, double_below(whole)
-
-
-def _plus(P: Sequence[Sequence[Fraction]], factor: Fraction, row: Sequence[Fraction]) -> Exactly:
-    return tuple(
-        tuple(v + factor * a * b for v, b in zip(line, row, strict=True)) for line, a in zip(P, row, strict=True)
-    )
 
 
 def _ball(one: AttractedSet) -> Reals:
@@ -565,26 +557,39 @@ def _reach(one: AttractedSet, points: Reals) -> float:
     return double_below(low)
 
 
-def _of_signs(inside: Proved | None, outside: Refuted | None) -> RegionOfAttraction:
-    beyond: tuple[OutsideSet, ...] = ()
-    high: float | None = None
+def _without_sets(
+    plant: MultivariablePlant, linear: Refuted | None, outside: tuple[OutsideSet, ...], high: float | None, reason: str
+) -> RegionOfAttraction:
+    """No set is proved.  In continuous time there is none where the loop near 0 is linear and not stable.
+
+    The solutions that tend to 0 end in its stable subspace, and back in time a set of volume 0 stays one; in discrete
+    time it need not.
+    """
+    never = linear is not None and plant.dt is None
+    return RegionOfAttraction(
+        verdict=Verdict.REFUTED if never else Verdict.INCONCLUSIVE,
+        states=plant.order,
+        sets=(),
+        outside=outside,
+        linear=linear if never else None,
+        area=(0.0, 0.0 if never else high),
+        reason=_UNSTABLE if linear is not None else reason or "the time allowed is over",
+        stopped=None if reason else "time",
+    )
+
+
+def _of_signs(
+    inside: Proved | None, outside: Refuted | None, plant: MultivariablePlant, linear: Refuted | None
+) -> RegionOfAttraction:
+    beyond, high = tuple[OutsideSet, ...](), None
     if outside is not None:
-        ends = _interval(outside)
+        low, top = ends = ends_of(outside)
         beyond = (OutsideSet(kind="interval", interval=ends, proof=outside),)
-        length = ends[1] - ends[0]
-        high = double_above(length) if isinstance(length, Fraction) else math.inf
+        high = double_above(length) if isinstance(length := top - low, Fraction) else math.inf
     if inside is None:
-        return RegionOfAttraction(
-            verdict=Verdict.INCONCLUSIVE,
-            states=1,
-            sets=(),
-            outside=beyond,
-            area=(0.0, high),
-            reason="no interval around 0 was found on which |x| falls",
-        )
-    ends = _interval(inside)
-    length = ends[1] - ends[0]
-    volume = double_below(length) if isinstance(length, Fraction) else math.inf
+        return _without_sets(plant, linear, beyond, high, "no interval around 0 was found on which |x| falls")
+    low, top = ends = ends_of(inside)
+    volume = double_below(length) if isinstance(length := top - low, Fraction) else math.inf
     own = AttractedSet(kind="interval", interval=ends, volume=volume, proof=inside)
     return RegionOfAttraction(
         verdict=Verdict.PROVED,
@@ -593,8 +598,3 @@ def _of_signs(inside: Proved | None, outside: Refuted | None) -> RegionOfAttract
         outside=beyond,
         area=(volume, math.inf if volume == math.inf else high),
     )
-
-
-def _interval(shown: Proved | Refuted) -> Ends:
-    low, high = (end if end in ("inf", "-inf") else Fraction(end) for end in shown.certificate["proof"]["interval"])
-    return float(low) if isinstance(low, str) else low, float(high) if isinstance(high, str) else high

@@ -27,7 +27,7 @@ def test_a_saturated_loop_with_one_state_is_exact_from_both_sides(a, b, k, low, 
     if b * k > a:
         assert found.sets[0].interval == found.outside[0].interval == (-b * low / a, b * high / a)
     else:
-        assert (found.verdict, found.sets) == (Verdict.INCONCLUSIVE, ())
+        assert (found.verdict, found.sets) == (Verdict.REFUTED if b * k < a else Verdict.INCONCLUSIVE, ())
 
 
 @settings(max_examples=sampled(10, of=400), deadline=None)

@@ -7,12 +7,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lure import InputError, Saturation
+from lure import InputError, Saturation, as_plant
 from lure.analysis.certificates.checker import CONVERGES
+from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.questions import regions
+from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.region_areas import form_said
+from lure.analysis.questions.region_proofs import unstable_near_0
+from lure.analysis.questions.region_sets import plus, shape_of
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction, region
 from lure.analysis.verdict import Verdict
+from lure.nonlinearities import PiecewiseLinear
 
 PROVED, OPEN = Verdict.PROVED, Verdict.INCONCLUSIVE
 POINTS = ((F(0), F(0)), (F(2), F(0)), (F(0), F(2)))
@@ -195,7 +200,7 @@ def test_the_largest_multiple_of_points_that_a_set_holds():
     reach = regions._reach(disc, np.array([[3.0, 4.0], [0.0, 1.0]]))
     assert 0.2 * (1 - 1e-14) < reach <= 0.2
     assert 5 * (1 - 1e-14) < regions._reach(disc, np.array([[0.2, 0.0]])) <= 5
-    assert regions._plus([[F(1), F(2)], [F(2), F(5)]], F(3), [F(1), F(-1)]) == ((4, -1), (-1, 8))
+    assert plus([[F(1), F(2)], [F(2), F(5)]], F(3), [F(1), F(-1)]) == ((4, -1), (-1, 8))
 
 
 # what the signs of x' show of one state
@@ -213,7 +218,7 @@ def test_the_largest_multiple_of_points_that_a_set_holds():
 )
 def test_the_region_of_one_state(first, second, area, verdict):
     ends = [None if one is None else proof(interval=one) for one in (first, second)]
-    one = regions._of_signs(*ends)
+    one = regions._of_signs(*ends, SimpleNamespace(order=1), None)
     assert (one.area, one.verdict, len(one.sets), len(one.outside)) == (
         area,
         verdict,
@@ -282,3 +287,82 @@ def test_time_is_that_of_the_plant():
 def test_a_plant_without_states_has_no_region():
     with pytest.raises(InputError, match="the plant has no states"):
         region("2", Saturation(gain=F(1, 4), limit=1))
+
+
+# Loops that are linear near 0, and not asymptotically stable there.  In continuous time a solution that tends to 0 ends
+# in the stable subspace, which has volume 0, and so have its images back in time.
+
+
+# x' = x - x/2; s^2 - s/2 - 1 + 4; s^2 + 4, whose solutions are periodic; s^2 - 1 + s - 1 = (s - 1)(s + 2)
+@pytest.mark.parametrize(
+    ("plant", "gain"),
+    [(([1], [1, -1]), F(1, 2)), (([1], [1, F(-1, 2), -1]), 4), (([1], [1, 0, 0]), 4), (([1, -1], [1, 0, -1]), 1)],
+)
+def test_in_continuous_time_no_set_is_attracted_then(plant, gain):
+    answer = region(plant, Saturation(gain=gain, limit=1))
+    assert (answer.verdict, answer.sets, answer.area) == (Verdict.REFUTED, (), (0.0, 0.0))
+    near = "near 0 the loop is linear and not asymptotically stable, so that almost no solution tends to 0"
+    assert answer.lines()[0] == f"REFUTED: {near}."
+    high = answer.certificates["high"]
+    assert high["proof"] == {"method": "linear-gains", "gains": [str(gain)]}
+    assert recheck(high).accepted
+
+
+# z^2 - 1.9 z + 0.98 and a slope of 1 near 0: z^2 - 1.8 z + 1, of two roots of modulus 1
+def test_in_discrete_time_nothing_follows_about_sets():
+    answer = region(as_plant("(0.1*z + 0.02)/(z^2 - 1.9*z + 0.98)", dt=1), Saturation(gain=1, limit=1))
+    near = "near 0 the loop is linear and not asymptotically stable"
+    assert answer.lines()[0] == f"INCONCLUSIVE: no set of starts is proved to be attracted by 0: {near}."
+    assert (answer.refutation, answer.area[0]) == (None, 0.0)
+
+
+def folded(*points, ends=(0, 0)):
+    """Points of mu = -phi, (0, 0) among them, as a nonlinearity."""
+    left, right = (-slope for slope in ends)
+    return PiecewiseLinear([(a, -b) for a, b in points], left_slope=left, right_slope=right)
+
+
+def returning():
+    """x+ = clip(h1(x), -b, b), y+ = clip(h2(x), -b, b), b = b(y): with it 0 is unstable and attracts a neighbourhood.
+
+    For |y| <= 1/2, b = 2 and (x, y) goes to (h1, h2)(x), which is (2 x, 0) for |x| <= 1/2 and, as x goes on to 1, leads
+    from (1, 0) over (1, 1) and (0, 1) to (0, 0).  From there all goes to 0: h(0) = h(1) = 0 and b(1) = 0.
+    """
+    h1 = [(F(1, 2), 1), (F(5, 8), 1), (F(3, 4), 0)]
+    h2 = [(F(1, 2), 0), (F(5, 8), 1), (F(3, 4), 1), (1, 0)]
+    h1, h2 = (folded(*[(-a, -b) for a, b in h[::-1]], (0, 0), *h) for h in (h1, h2))
+    b = folded((-1, -2), (F(-1, 2), 0), (0, 0), (F(1, 2), 0), (1, -2))  # b(y) - 2
+    above, below = (
+        folded((-2, -2), (0, 0), ends=(-1, 1)),
+        folded((0, 0), (2, -2), ends=(-1, 1)),
+    )  # |s + 2| - 2, |s - 2| - 2
+    C = [[1, 0], [1, 0], [0, 1], *[[0, 0]] * 4]
+    D = [[0] * 7, [0] * 7, [0] * 7, *([*one, sign, 0, 0, 0, 0] for one in ([1, 0], [0, 1]) for sign in (1, -1))]
+    B = [[0, 0, 0, F(1, 2), F(-1, 2), 0, 0], [0, 0, 0, 0, 0, F(1, 2), F(-1, 2)]]
+    return as_plant(([[0, 0], [0, 0]], B, C, D), dt=1), [h1, h2, b, above, below, above, below]
+
+
+def test_an_unstable_0_may_attract_a_neighbourhood_in_discrete_time():
+    plant, laws = returning()
+    assert unstable_near_0(plant, list(map(shape_of, laws))) is not None
+    x, y = (part.ravel() for part in np.meshgrid(np.linspace(-1, 1, 65), np.linspace(-0.5, 0.5, 9)))
+    for _ in range(9):  # 1/32 doubles four times
+        mu = np.zeros((7, len(x)))
+        for i, (c, d) in enumerate(zip(plant.doubles()[2], plant.doubles()[3], strict=True)):
+            mu[i] = -laws[i](c @ [x, y] + d @ mu)
+        x, y = plant.doubles()[1] @ mu
+    assert not x.any()
+    assert not y.any()
+
+
+@pytest.mark.slow
+def test_nothing_else_is_said_of_it():
+    answer = region(*returning())
+    assert (answer.verdict, answer.sets) == (OPEN, ())
+    assert str(answer).endswith("near 0 the loop is linear and not asymptotically stable.")
+
+
+# sigma = x + 3 sat(sigma), with a cycle: near x = 0 there is also sigma = 3, where the loop is another
+def test_nothing_is_said_where_sigma_need_not_be_near_0():
+    plant = channel_plant(as_plant(([[1]], [[1]], [[1]], [[-3]])))
+    assert unstable_near_0(plant, [shape_of(Saturation(limit=1))]) is None

@@ -54,7 +54,7 @@ def _region(found: RegionOfAttraction) -> str:
     if found.outside:
         words.append("Hatched: none that starts there does.")
     if not whole:
-        words.append("White: nothing is known.")
+        words.append("White: nothing is known." if found.linear is None else "White: almost no start is attracted.")
     field, solutions = flow_drawn(found)
     drawn = [text for text, seen in (("grey: the field", field), ("black: some solutions", solutions)) if seen]
     if drawn:
