@@ -30,6 +30,7 @@ from lure.analysis.report.parts import Figure, FigureSpec
 from lure.analysis.sweeps.boundary import stores
 from lure.analysis.sweeps.rows import variables
 from lure.analysis.sweeps.run import opened
+from lure.analysis.sweeps.store import check_files
 from lure.errors import InputError
 from lure.files.values import shown_path
 
@@ -61,8 +62,10 @@ def page_of(path: Path, reports: Callable[[int, str, Sequence[str]], str] | None
         beside = path.with_suffix(".zarr")
         there = f"{shown_path(str(beside))}, " if beside != path and (beside / ".lure" / "study.json").is_file() else ""
         raise InputError(f"{shown_path(str(path))} is no sweep of lure; give {there}the store that lure sweep wrote")
-    kept, data = json.loads(known.read_text(encoding="utf-8")), opened(path)
+    kept = json.loads(known.read_text(encoding="utf-8"))
     study = json.loads(kept["text"])
+    check_files(path, variables(study["ask"]))
+    data = opened(path)
     points = list(_to_look_at(data, study))
     links = ["" if reports is None else reports(i, kept["reference"], one.settings) for i, one in enumerate(points, 1)]
     verdicts, errors = data["verdict"].values.ravel(), data["error"].values.ravel()

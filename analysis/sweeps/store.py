@@ -12,6 +12,7 @@ References
 
 from __future__ import annotations
 
+import errno
 import gzip
 import hashlib
 import json
@@ -23,9 +24,10 @@ import secrets
 import shutil
 import struct
 import warnings
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from itertools import pairwise
 from operator import itemgetter
@@ -113,7 +115,7 @@ class Store:
         return True
 
     def make(self) -> None:
-        """The whole store aside, without any answer, and then moved into place.
+        """The whole store aside, without any answer, and then moved into place; or that which another process has made.
 
         Raises
         ------
@@ -133,10 +135,12 @@ class Store:
             (aside / _STUDY).write_text(
                 json.dumps({**held, "text": self.study.text, "reference": self.study.reference}), encoding="utf-8"
             )
-            if self.path.is_dir():
+            with suppress(FileNotFoundError, NotADirectoryError):
                 self.path.rmdir()
             aside.rename(self.path)
         except OSError as error:
+            if error.errno in (errno.ENOTEMPTY, errno.EEXIST) and self.there():
+                return
             raise InputError(
                 f"{shown_path(str(self.path))} cannot be written ({error.strerror}); give another -o"
             ) from None
@@ -146,6 +150,7 @@ class Store:
     def _forget_what_is_not_whole(self) -> None:
         """Take away the markers of chunks whose files are not as they were written, as a power cut may leave them."""
         if (self.path / _WHOLE).is_file():
+            check_files(self.path, self.variables)
             return
         _without_leftovers(self.path / _DONE, {_PART})
         for number in self.done():
@@ -153,7 +158,7 @@ class Store:
             try:
                 sizes = json.loads(marker.read_bytes())["sizes"]
                 files = self._files(number)
-                whole = all(files[name].stat().st_size == size for name, size in sizes.items())
+                whole = all(_intact(files[name], size) for name, size in sizes.items())
             except (FileNotFoundError, ValueError):
                 whole = False
             if not whole:
@@ -411,6 +416,34 @@ def _runs(process: int) -> bool:
     except OSError:  # it is somebody else's
         return True
     return True
+
+
+def check_files(path: Path, names: Iterable[str]) -> None:
+    """That the chunks of a store can be read.
+
+    ``path``: of the store; ``names``: of its variables.
+
+    Raises
+    ------
+    InputError
+        One cannot.
+    """
+    for file in (file for name in names for file in (path / name / "c").rglob("*") if file.is_file()):
+        if not _intact(file):
+            raise InputError(
+                f"{shown_path(str(file))} is damaged, as after a power cut; give the same lure sweep again, which "
+                "computes the chunk anew, and where it says this too, remove the store first"
+            )
+
+
+def _intact(path: Path, size: int | None = None) -> bool:
+    """Whether a chunk is as it was written: so long, with the checksum of gzip."""
+    content = path.read_bytes()
+    try:
+        gzip.decompress(content)
+    except (gzip.BadGzipFile, EOFError, zlib.error):
+        return False
+    return size in (None, len(content))
 
 
 def _marker(counts: Counter[str], error: str, sizes: Mapping[str, int]) -> bytes:

@@ -166,7 +166,12 @@ def test_an_answer_cut_by_an_interrupt_is_not_kept(loops, monkeypatch):
     assert list((folder / "cut.zarr" / ".lure" / "done").iterdir()) == []
 
 
-@pytest.mark.parametrize("harm", [Path.unlink, lambda path: path.write_bytes(b"")], ids=["missing", "empty"])
+def of_zeros(path):
+    """A file as long as before, of which nothing came to the disk."""
+    path.write_bytes(bytes(path.stat().st_size))
+
+
+@pytest.mark.parametrize("harm", [Path.unlink, lambda path: path.write_bytes(b""), of_zeros])
 @pytest.mark.parametrize("what", [".lure/done/1", "verdict/c/1"])
 def test_a_chunk_without_its_marker_or_its_whole_files_is_not_taken_for_done(loops, harm, what):
     study, folder = loops
@@ -175,6 +180,33 @@ def test_a_chunk_without_its_marker_or_its_whole_files_is_not_taken_for_done(loo
     harm(folder / "loops.zarr" / what)  # as after a power cut
     assert sweep(study, folder / "loops.zarr").computed_now == 1
     assert list(opened(folder / "loops.zarr")["verdict"].values) == ["PROVED", "PROVED"]
+
+
+def test_a_damaged_file_is_named_where_its_chunk_is_not_computed_anew(tmp_path):
+    study = study_of({**ROD, "over": {"rod.damping": [1e-4]}})
+    store = Store(tmp_path / "rods.zarr", study)
+    store.make()
+    store.write(0, [{"verdict": "PROVED"}], [])
+    file = store.path / "verdict" / "c" / "0"
+    of_zeros(file)
+    with pytest.raises(InputError, match=f"{file} is damaged, as after a power cut; give the same lure sweep again"):
+        page_of(store.path)
+    (store.path / ".lure" / "whole.json").write_text("{}")  # put together, where no chunk is left to be computed
+    with pytest.raises(InputError, match="where it says this too, remove the store first"):
+        store.there()
+
+
+def test_a_store_that_another_process_has_made_meanwhile_is_taken(tmp_path):
+    first, second, other = (
+        Store(tmp_path / "rods.zarr", study_of({**ROD, "over": {"rod.damping": [value]}})) for value in (1, 1, 2)
+    )
+    first.make()
+    first.write(0, [{"verdict": "PROVED"}], [])
+    second.make()
+    assert second.done() == {0}
+    with pytest.raises(InputError, match="holds another study"):
+        other.make()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["rods.zarr"]
 
 
 def test_zarr_reads_the_files_of_chunks_also_at_an_edge(tmp_path):
