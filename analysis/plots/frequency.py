@@ -13,9 +13,9 @@ from lure.analysis.plots.style import (
     BLUE,
     GREEN,
     GREY,
-    VERMILLION,
     axes_or_new,
     finish_axes,
+    ink,
     note,
     number,
     padded,
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 FAR = 30.0
 """A boundary further away than so many widths of the curve is named in the plot, not drawn."""
+
+NAMED = 0.08
+"""Of the width of the curve, room for the name of a boundary left of it, besides the margin."""
 
 _ROUNDING = 1e-13
 """An imaginary part that is a smaller share of its value is drawn as 0."""
@@ -66,9 +69,11 @@ def upper_end(block: object) -> str:
 def boundary_name(axes: Axes, boundary: float, letter: str, *, above: bool) -> None:
     """The name of the point on the real axis, on the forbidden side of it unless that is too narrow."""
     low, high = axes.get_xlim()
-    tight = boundary - low < 0.15 * (high - low)  # no room on the left
-    text, offset = f"−1/{letter}" if boundary else "0", (5 if tight else -5, 4 if above else -5)
-    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=VERMILLION,
+    room = (boundary - low) / (high - low) * axes.bbox.width * 72 / axes.figure.dpi  # on the left, in points
+    text = f"−1/{letter}" if boundary else "0"
+    tight = room < 5 + 0.6 * len(text) * float(axes.xaxis.label.get_fontsize())
+    offset = (5 if tight else -5, 4 if above else -5)
+    axes.annotate(text, (boundary, 0.0), xytext=offset, textcoords="offset points", color=ink(axes),
                   ha="left" if tight else "right", va="bottom" if above else "top")  # fmt: skip
 
 
@@ -89,18 +94,18 @@ def popov_line(axes: Axes, boundary: float, theta: float, label: str, letter: st
     """The line ``Re H = theta omega Im H + boundary`` on axes whose limits are settled, and what lies left of it."""
     low, ends = axes.get_xlim()[0], np.array(axes.get_ylim())
     line = theta * ends + boundary
-    axes.plot(line, ends, color=VERMILLION, lw=1.3, label=label)
-    axes.fill_betweenx(ends, np.minimum(low, line), line, color=VERMILLION, alpha=0.14, lw=0)
-    axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
+    axes.plot(line, ends, color=ink(axes), lw=1.3, label=label)
+    axes.fill_betweenx(ends, np.minimum(low, line), line, color=GREY, alpha=0.2, lw=0)
+    axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=ink(axes), zorder=4)
     boundary_name(axes, boundary, letter, above=theta >= 0)
 
 
 def half_plane(axes: Axes, boundary: float, *, left: bool = True) -> None:
     """The half-plane that the circle criterion forbids, on axes whose limits are settled."""
     low, high = axes.get_xlim()
-    axes.axvspan(*((low, boundary) if left else (boundary, high)), color=VERMILLION, alpha=0.14, lw=0)
+    axes.axvspan(*((low, boundary) if left else (boundary, high)), color=GREY, alpha=0.2, lw=0)
     label = f"forbidden: Re H {'≤' if left else '≥'} {number(boundary)}"
-    axes.axvline(boundary, color=VERMILLION, lw=1.3, label=label)
+    axes.axvline(boundary, color=ink(axes), lw=1.3, label=label)
 
 
 def disc(axes: Axes, ends: tuple[float, float], *, inside: bool = False) -> None:
@@ -110,8 +115,7 @@ def disc(axes: Axes, ends: tuple[float, float], *, inside: bool = False) -> None
     centre, radius = (0.5 * (ends[0] + ends[1]), 0.0), 0.5 * (ends[1] - ends[0])
     words = "the curve belongs inside" if inside else "forbidden disc"
     axes.add_patch(
-        Circle(centre, radius, facecolor="none" if inside else VERMILLION, alpha=1.0 if inside else 0.3, lw=1.3,
-               edgecolor=VERMILLION, label=words)
+        Circle(centre, radius, facecolor=(GREY, 0.0 if inside else 0.2), lw=1.3, edgecolor=ink(axes), label=words)
     )  # fmt: skip
 
 
@@ -159,7 +163,9 @@ def plot_popov(
     boundary = _boundary(result)
     reach = float(np.nanmax(x) - min(np.nanmin(x), 0.0))
     near = -boundary <= FAR * reach
-    low, high = padded(min(float(np.nanmin(x)), boundary if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12)
+    low, high = padded(
+        min(float(np.nanmin(x)), boundary - NAMED * reach if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12
+    )
     bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
     bottom = room_below(bottom, top, 3 if near else 0)
     axes.plot(x, y, color=BLUE, lw=1.2, marker=".", markevery=[0, -1], label="H(iω), ω > 0")
@@ -228,7 +234,7 @@ def plot_popov_expression(
     low = min(low, 0.0) if low <= 0.6 * high else low
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(low, high))
     if low < 0.0:
-        axes.axhspan(low, 0.0, color=VERMILLION, alpha=0.18, lw=0, label="forbidden")
+        axes.axhspan(low, 0.0, color=GREY, alpha=0.2, lw=0, label="forbidden")
     return finish_axes(axes, "ω [rad/s]", f"1/{upper_end(block)} + Re[(1 + iωθ)H] [{unit(block)}]", legend="best")
 
 

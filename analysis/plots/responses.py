@@ -13,6 +13,7 @@ from lure.analysis.graphical.axis import axis_values
 from lure.analysis.numerics.doubles import text_below
 from lure.analysis.plots.frequency import (
     FAR,
+    NAMED,
     axes_cross,
     boundary_name,
     disc,
@@ -28,6 +29,7 @@ from lure.analysis.plots.style import (
     VERMILLION,
     axes_or_new,
     finish_axes,
+    ink,
     note,
     number,
     padded,
@@ -203,7 +205,7 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
         disc(axes, ends, inside=response.inside)
     elif near and boundary is not None:
         half_plane(axes, boundary, left=response.lower == 0)
-        axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=VERMILLION, zorder=4)
+        axes.plot([boundary], [0.0], marker="D", ms=4.5, ls="", color=ink(axes), zorder=4)
         boundary_name(axes, boundary, "k", above=True)
     elif k is not None:
         note(axes, f"forbidden region from Re H = {number(min(m for m in marks if m is not None))}, out of the picture")
@@ -224,7 +226,7 @@ def window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, fl
     reach = (right - left) or 1.0
     for mark in marks:
         if mark is not None and abs(mark) <= FAR * reach:
-            left, right = min(left, mark), max(right, mark)
+            left, right = min(left, mark - NAMED * reach), max(right, mark)
     tall = 2.0 * float(np.median(np.abs(y[kept])))
     if right - left < tall:  # a curve along the imaginary axis
         left, right = left - 0.25 * (tall - right + left), right + 0.25 * (tall - right + left)

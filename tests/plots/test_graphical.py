@@ -199,6 +199,15 @@ def test_a_block_that_no_criterion_covers_is_drawn_all_the_same():
         response.plot(ax=figure_axes())
 
 
+# the curve of kalman-fitts comes back to 0 just right of the boundary, above the axis
+@pytest.mark.parametrize(("response", "k"), [(popov_response, "0.0658571"), (nyquist_response, "0.0591693")])
+def test_the_name_of_the_boundary_is_on_its_forbidden_side_in_no_colour_of_a_verdict(response, k):
+    axes = response(LOOPS["kalman-fitts"].block, k=Fraction(k)).plot(ax=figure_axes())
+    (name,) = (text for text in axes.texts if text.get_text() == "−1/k")
+    assert (name.get_ha(), name.xyann[0] < 0) == ("right", True)
+    assert "#d55e00" not in {matplotlib.colors.to_hex(one.get_color()) for one in (name, *axes.get_lines())}
+
+
 @given(
     x=st.lists(st.floats(-3, 3), min_size=3, max_size=12),
     y=st.lists(st.floats(-3, 3), min_size=12, max_size=12),

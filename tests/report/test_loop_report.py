@@ -411,6 +411,18 @@ def test_both_plots_are_drawn_whether_or_not_anything_is_proved(reports, name):
             assert ("proves nothing here" in specs[kind].caption) is not proved
 
 
+# H = -1/(s - 1): Re H = 1/(1 + omega^2) > 0 keeps clear of Re H <= -1 and of every Popov line of k = 1 with theta = 0
+@pytest.mark.usefixtures("sketched")
+def test_a_curve_that_keeps_clear_is_not_said_to_cross():
+    file = "[plant]\nnum=[-1]\nden=[1,-1]\n[class]\nsector=[0,1]\n"
+    report = build_loop_report(parse_system(file, name="clear", source="clear.toml"))
+    said = [figure.spec.caption for figure in loop_figures(report) if figure.spec.name in ("nyquist", "popov")]
+    clear = (
+        "proves nothing here, though the drawn curve keeps to its side: the poles of H count too, and every frequency."
+    )
+    assert said == [f"The circle criterion {clear}", f"Popov's criterion {clear}"]
+
+
 @pytest.mark.usefixtures("sketched")
 def test_the_response_of_the_given_law_is_drawn_to_the_same_height(reports):
     from matplotlib import pyplot

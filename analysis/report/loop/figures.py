@@ -38,6 +38,9 @@ _MAP = (
 )
 _PROVED = "The largest sector that {} proves: the curve stays {}."
 _NEEDED = "{} proves nothing here. For the sector [{:g}, {}] the curve would have to stay {}, and it does not."
+_CLEAR = (
+    "{} proves nothing here, though the drawn curve keeps to its side: the poles of H count too, and every frequency."
+)
 _SHIFTED = " Drawn for H/(1 + {0:g} H) and φ(σ) − {0:g} σ, the same loop."
 _MIDDLE = " Of the plant in the middle of the intervals alone."
 _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its largest |σ|; the whole run is longer."
@@ -98,7 +101,7 @@ def _nyquist(report: LoopReport) -> FigureSpec:
     )
     where = "out of the shaded half-plane" if lower == 0 else "inside the disc" if seen.inside else "out of the disc"
     where += " and goes round it as often as H has unstable poles" if lower > 0 else ""
-    caption = _caption("the circle criterion", where, lower, k, proved=proved) + _middle(report)
+    caption = _caption("the circle criterion", where, (lower, k), seen, proved=proved) + _middle(report)
     draw = partial(plot_nyquist_response, seen)
     return FigureSpec(name="nyquist", section="frequency", title="Nyquist plot", caption=caption, draw=draw)
 
@@ -124,17 +127,24 @@ def _popov(report: LoopReport) -> Iterator[FigureSpec]:
         block=drawn, omega=omega, values=values, k=k - lower, theta=theta, found=None, answer=None, reason="a drawing"
     )
     where = "to the right of the line" if proved else "to the right of a line through −1/k such as this one"
-    caption = _caption("Popov's criterion", where, lower, k, proved=proved) + (_SHIFTED.format(lower) if lower else "")
+    caption = _caption("Popov's criterion", where, (lower, k), line, proved=proved) + (
+        _SHIFTED.format(lower) if lower else ""
+    )
     caption += _middle(report)
     draw = partial(plot_popov_response, line)
     yield FigureSpec(name="popov", section="frequency", title="Popov plot", caption=caption, draw=draw)
 
 
-def _caption(criterion: str, where: str, lower: float, k: float, *, proved: bool) -> str:
+def _caption(
+    criterion: str, where: str, sector: tuple[float, float], seen: NyquistResponse | PopovResponse, *, proved: bool
+) -> str:
     if proved:
         return _PROVED.format(criterion, where)
+    begin, (lower, k) = criterion[0].upper() + criterion[1:], sector
+    if seen.margin_seen is not None and seen.margin_seen > 0:
+        return _CLEAR.format(begin)
     end = "∞" if math.isinf(k) else f"{k:g}"
-    return _NEEDED.format(criterion[0].upper() + criterion[1:], lower, end, where).replace("∞]", "∞)")
+    return _NEEDED.format(begin, lower, end, where).replace("∞]", "∞)")
 
 
 def _middle(report: LoopReport) -> str:
