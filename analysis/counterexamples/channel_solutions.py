@@ -99,6 +99,7 @@ def channel_solutions(
             finding=findings[i],
             until=until * loop.seconds,
             discrete=loop.discrete,
+            unit="samples" if plant.dt == 1 else "s",  # 1 too where no sampling time is stated
         )
         for i in range(len(states))
     )

@@ -111,7 +111,7 @@ def plot_channels(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         axes.set_ylabel(f"{name}ᵢ [unit of {name}]")
     above.set_xlim(0.0, float(trajectory.t[-1]) or 1.0)
     above.tick_params(labelbottom=False)
-    below.set_xlabel("t [s]")
+    below.set_xlabel(f"t [{trajectory.unit}]")
     finish_axes(above)
     finish_axes(below)
     above.legend(loc="upper right", ncols=2, **LEGEND)

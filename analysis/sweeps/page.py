@@ -185,7 +185,9 @@ def _to_look_at(data: xarray.Dataset, study: Mapping[str, Any]) -> Iterator[Poin
             least = np.where(proved, np.asarray(data[name].values, dtype=float).ravel(), np.inf)
             place = int(np.nanargmin(least)) if not np.isnan(least).all() else 0
             if np.isfinite(least[place]):
-                yield _point(data, place, f"PROVED with the least {name}, {least[place]:.6g}", study)
+                words, unit = data[name].attrs["long_name"].partition(";")[0], data[name].attrs["units"]
+                value = f"{least[place]:.6g}{'' if unit == '1' else f' {unit}'}"
+                yield _point(data, place, f"PROVED, the least of all, {value}: {words}", study)
     seconds = np.asarray(data["seconds"].values, dtype=float).ravel()
     if np.isfinite(seconds).any():
         place = int(np.nanargmax(seconds))

@@ -128,3 +128,12 @@ def test_a_slow_decay_is_not_called_rest():
     steep = Saturation(gain=0.5, limit=0.5)
     findings = {run.finding for run in channel_solutions(system.block, (steep,) * 4, "")}
     assert findings <= {Finding.CONVERGES, Finding.OPEN}
+
+
+# a sampling time that is not stated counts as 1, which is so many samples
+@pytest.mark.parametrize(("entry", "dt", "unit"), [("1/z", True, "samples"), ("1/z", 0.5, "s"), ("1/(s+1)", None, "s")])
+def test_times_are_in_samples_where_no_sampling_time_is_stated(entry, dt, unit):
+    plant = as_plant([[entry, "0"], ["0", entry]], dt=dt)
+    one = channel_solutions(plant, (SATURATION,) * 2, "")[0]
+    assert one.unit == unit
+    assert plot_channels(one, ax=Figure().add_subplot()).figure.axes[-1].get_xlabel() == f"t [{unit}]"

@@ -292,6 +292,7 @@ def test_a_page_has_maps_and_the_points_to_look_at(tmp_path):
     assert "rod.compliance = 1. Each" in page
     assert "--set discretisation.cells=2 " in page  # a whole number, as --set takes it
     assert '<a href="paper-rod-1-3">' in page
+    assert "PROVED, the least of all, 1 1/s: decay of the slowest wave mode of the rod, of its linear part" in page
 
 
 @pytest.mark.thorough

@@ -44,7 +44,7 @@ _CLEAR = (
 _SHIFTED = " Drawn for H/(1 + {0:g} H) and φ(σ) − {0:g} σ, the same loop."
 _MIDDLE = " Of the plant in the middle of the intervals alone."
 _SEEN = "Simulated with {}: observed, no proof. Each curve is divided by its largest |σ|; the whole run is longer."
-_CHANNELS = "Simulated with {}: observed, no proof. This solution {} within {:.4g} s; here is its beginning."
+_CHANNELS = "Simulated with {}: observed, no proof. This solution {} within {:.4g} {}; here is its beginning."
 _LAW = "The nonlinearity φ of the counterexample.{}"
 _ORBIT = "One period of the solution with that φ: it repeats for ever."
 
@@ -87,7 +87,7 @@ def _channels(report: LoopReport) -> Iterator[FigureSpec]:
             name=f"channels-{number}",
             section="frequency",
             title=f"Response of the channels, from {one.start}",
-            caption=_CHANNELS.format(one.nonlinearity or "the given φᵢ", one.finding, one.until),
+            caption=_CHANNELS.format(one.nonlinearity or "the given φᵢ", one.finding, one.until, one.unit),
             draw=partial(plot_channels, one),
         )
 
