@@ -11,7 +11,7 @@ import numpy as np
 
 from lure.analysis.rod.comparison.legs import CvodeMethod, Leg, SchemeEquations, ScipyMethod, cvode_leg, scipy_leg
 from lure.analysis.rod.simulation import simulate
-from lure.analysis.rod.simulation.simulate import LARGEST_CELLS, LARGEST_WORK, in_steps
+from lure.analysis.rod.simulation.simulate import in_steps
 from lure.arrays import Reals as Array
 from lure.errors import InputError, demand_seconds, demand_whole
 from lure.plants.multivariable import counted
@@ -81,15 +81,9 @@ def exact_scheme(scheme: UpwindScheme, scenario: Scenario, until: float, samples
     Raises
     ------
     InputError
-        What either of the two refuses; for more than 1000 cells under a load, with what to use instead.
+        What either of the two refuses.
     """
-    short = in_steps(scheme, until)
-    if not short and not scenario.free:
-        raise InputError(
-            f'method "exact" under a load takes at most {LARGEST_CELLS} cells and {LARGEST_WORK:g} cell updates; '
-            f"{scheme.cells} cells up to {until:g} s are more, give LSODA or fewer cells"
-        )
-    if not short:
+    if not in_steps(scheme, until):
         return by_structure(scheme, scenario, until, samples)
     before = time.process_time()
     run = simulate(scheme, scenario, until=until, samples=samples)
@@ -148,7 +142,7 @@ def integrate(  # noqa: PLR0913  (what, from where, until when, and five setting
         End of the run [s].
     method : str
         ``"exact"``: :func:`lure.analysis.rod.simulation.simulate`, without a time step, for at most 1000 cells; for
-        more, and for long runs, :func:`.structured_motion`, which takes no loads and tells no energy.
+        more, and for long runs, :func:`.structured_motion`, which takes a force, no body force, and tells no energy.
         ``"RK45"``, ``"DOP853"`` (explicit), ``"Radau"``, ``"BDF"`` (implicit), ``"LSODA"`` (either): scipy.
         ``"CVODE"`` (BDF), ``"CVODE-Adams"``: SUNDIALS through scikit-sundae, the extra ``lure[cvode]``.
     rtol : float
