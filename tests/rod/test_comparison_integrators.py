@@ -201,7 +201,7 @@ def test_the_last_state_comes_in_the_ordering_of_the_scheme():
     assert states["eq48"] == pytest.approx(states["eq39"][upwind(rod, 12, ordering="eq48").permutation], abs=0)
 
 
-# d'Alembert: a force g at x = 0 sends w = g/(E A), which the free end doubles: u(t, L) = 2 c g (t - T)/(E A) up to t = 3 T
+# d'Alembert: a force g at x = 0 sends w = g/(E A), which the free end doubles: u(t, L) = 2 c g (t - T)/(E A) up to 3 T
 def test_above_1000_cells_the_exact_method_takes_a_force():
     rod = paper()
     T, end = rod.travel_time, 1.8 * rod.travel_time
@@ -264,7 +264,7 @@ def test_what_cannot_be_run_is_refused_in_a_sentence(change, message):
 
 
 def test_a_body_force_on_very_many_cells_is_not_for_the_exact_method():
-    with pytest.raises(InputError, match="takes no body force; .* takes any load, up to 1000 cells"):
+    with pytest.raises(InputError, match=r"takes no body force; .* takes any load, up to 1000 cells"):
         integrate(upwind(paper(), 1001), Scenario.parse(body_force=1), 1e-4, method="exact")
 
 
