@@ -439,8 +439,9 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
     """
     popov, m = name == "piecewise-popov", len(H.D)
     told, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
-    _, where = fields(proof, "method", "ends")
+    method, where = fields(proof, "method", "ends")
     weights, theta, ends = numbers(told, m), numbers(turned[0], m) if popov else [ZERO] * m, numbers(where)
+    form(method == "pieces", "the method is pieces")
     need(not (popov and H.discrete), f"{name} is for continuous time")
     need(min(weights) >= 0, "a weight lambda is negative")
     uniform(weights, asked)
@@ -448,12 +449,13 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
     members, low = members_of(H, asked, weights, theta, rate)
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
+    fit = all((pair is None) == (not one.kind) for row in listed for pair, one in zip(row, members))
+    form(fit, "a channel has a multiplier by pieces where its class has one, else null")
     given = [[(ZERO, ZERO) if pair is None else tuple(numbers(pair, 2)) for pair in row] for row in listed]
     ascend = all(a < b for a, b in pairwise([ZERO, *ends])) and (not H.discrete or ends[-1] * 10**6 >= 3141593)
     need(ascend, "the pieces do not follow one another, from 0 to pi in discrete time")
     for row, end in zip(given, [*ends, None]):
         for i, ((x, y), member, one) in enumerate(zip(row, members, asked.families)):
-            need(bool(member.kind) or x == y == 0, f"channel {i + 1} has no multiplier by pieces")
             either = member.kind == "delay" and not H.discrete and not any(H.D[i])
             need(x >= 0 or either, f"x < 0 needs sigma_{i + 1} to be a function of the state alone")
             if member.kind == "delay":

@@ -214,6 +214,7 @@ def test_a_refutation_names_one_plant_of_the_box():
         (("proof", "at"), ["1/2", "1"]),  # outside
         (("proof", "at"), ["2", "1"]),  # a plant that is stable: 36 > 18
         (("proof", "at"), ["1"]),
+        (("proof", "method"), "one"),
         (("proof", "proof", "gain"), "17"),
         (("proof", "proof"), {"method": "member", "at": ["1", "1"], "proof": found.certificate["proof"]["proof"]}),
     ):

@@ -8,7 +8,7 @@ from functools import cache
 
 import pytest
 from handwritten import draft, loop, nonlinearities, operator
-from tampering import edited
+from tampering import assert_both_reject, edited
 
 from lure.analysis.certificates.arithmetic import Malformed, Rejected
 from lure.analysis.certificates.checker import check
@@ -239,3 +239,15 @@ def test_no_operator_stands_beside_a_matrix_that_depends_on_a_gain():
         with pytest.raises((Rejected, Malformed)):
             check(json.dumps(changed), draft=True)
         assert not recheck(changed).accepted
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "value"),
+    [
+        ("piecewise-circle", ("proof", "method"), "polynomial"),
+        ("piecewise-circle", ("multiplier", "pieces", 0, 0), ["0", "0"]),  # a sector has a multiplier on no piece
+        ("sampled-orbit", ("proof", "nonlinearities", 0, "points"), []),
+    ],
+)
+def test_a_word_that_no_proof_has_and_numbers_that_say_nothing_are_refused(name, path, value):
+    assert_both_reject(edited(certificate(name), *path, value=value))

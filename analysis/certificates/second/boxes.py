@@ -177,6 +177,7 @@ def require_inside(value: object, box: Box) -> list[Fraction]:
 def member(document: Document) -> Document:
     """The document of one plant of a box, with which a refutation is about an ordinary loop."""
     plants, found = read_plants(document.system), record(document.proof, "method", "at", "proof")
+    require(found["method"] == "member", "one plant of the box is needed")
     point = require_inside(found["at"], plants.box)
     return replace(document, system=plants.at(point), proof=mapping(found["proof"]))
 

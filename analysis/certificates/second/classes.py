@@ -324,10 +324,9 @@ def require_member(value: Mapping[str, object], nonlinearities: Nonlinearities) 
 def graph(points: object, left: object, right: object) -> Graph:
     """The piecewise-linear nonlinearity through these points; it must pass through the origin."""
     pairs = [tuple(number(value) for value in listed(point)) for point in listed(points)]
-    require(all(len(pair) == 2 for pair in pairs), "a point of the nonlinearity is not a pair")
+    require(bool(pairs) and all(len(pair) == 2 for pair in pairs), "there are no points, or one is no pair")
     through = [(pair[0], pair[1]) for pair in pairs]
     require(all(p[0] < q[0] for p, q in pairwise(through)), "the points of the nonlinearity do not ascend")
-    through = through or [(Fraction(0), Fraction(0))]
     given = _through(through, number(left), number(right))
     require(given.at(Fraction(0)) == 0, "the nonlinearity does not vanish at 0")
     if Fraction(0) in given.knots:
