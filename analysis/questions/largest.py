@@ -125,7 +125,7 @@ class StabilityBound(Record):
             return self.refuted_at is not None and self.refuted_at <= double_above(self.lower)
         if self.largest.low == math.inf:
             return True
-        return self.refuted_at is not None and meet(self.largest.low, self.refuted_at)
+        return self.refuted_at is not None and meet(self.largest.low, self.refuted_at, self.lower)
 
     @property
     def search_limited(self) -> bool:
@@ -398,12 +398,13 @@ def _needed(shown: Refuted) -> Fraction | float:
     return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
 
 
-def meet(proved: float, refuted: float) -> bool:
-    """Whether what is proved reaches what is refuted, within one part in a million.
+def meet(proved: float, refuted: float, lower: float | Fraction = 0) -> bool:
+    """Whether what is proved reaches what is refuted, within one part in a million, of ``lower`` where that is 0.
 
     ``proved``, ``refuted``: the ends of the two; infinite for every class proved, and for none refuted.
     """
-    return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * abs(refuted))
+    size = abs(refuted) or abs(float(lower))
+    return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * size)
 
 
 def _end_text(witness: Witness | None, k: float) -> str:

@@ -95,7 +95,7 @@ class Findings(SoFar):
     @property
     def closed(self) -> bool:
         """Whether what is proved and what is refuted meet."""
-        return meet(self.proved, self.refuted)
+        return meet(self.proved, self.refuted, self.asked.lower)
 
 
 @described(slots=True)
@@ -328,7 +328,7 @@ def _counterexamples(found: Findings, shared: _Shared) -> None:
     if isinstance(asked.plant, RationalPlant) and asked.plant.dt is None and not asked.time_varying:
         kinds = (False, True) if asked.odd or asked.plant.order <= KALMAN else (False,)
         known = max(shared.slopes.get((asked.lower, odd), -math.inf) for odd in kinds)
-        if meet(known, found.refuted):
+        if meet(known, found.refuted, asked.lower):
             return
     found.witnesses += nonlinear_witnesses(asked)
 

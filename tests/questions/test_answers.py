@@ -424,6 +424,13 @@ def test_a_gain_that_only_makes_other_equilibria_is_refuted_just_above():
     assert "does not converge to an equilibrium" in found.refutation.claim
 
 
+def test_what_is_proved_up_to_0_meets_what_is_refuted_there():
+    # -s/(s^2 + 1): s^2 - k s + 1 is stable for k < 0 alone, and Re H = 0 on the axis proves all of these sectors
+    found = max_sector(([-1, 0], [1, 0, 1]), lower=-1)
+    assert -1e-6 < found.largest.low < 0 == found.refuted_at
+    assert found.closed
+
+
 def test_a_class_that_is_never_stable_names_the_gains_that_are():
     # 4/((s - 1)(s/3 + 1)): s^2/3 + 2 s/3 - 1 + 4 k has its roots on the left from k = 1/4 on
     found = max_sector("4/((s-1)*(s/3+1))")

@@ -97,6 +97,9 @@ def test_two_ends_meet_within_a_millionth_on_either_side_of_zero():
     assert not meet(-1 - 1.1e-6, -1.0)
     assert meet(math.inf, math.inf)
     assert not meet(1e300, math.inf)
+    assert meet(-0.9e-6, 0.0, -1)
+    assert not meet(-1.1e-6, 0.0, -1)
+    assert not meet(-1e-9, 0.0)
 
 
 # what is found before the end
