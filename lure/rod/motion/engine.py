@@ -24,12 +24,10 @@ from lure.rod.motion.kernel_series import Room, memory
 from lure.rod.motion.kernel_trip import CHATTER, DONE, FULL, HUGE, LARGEST_WAVE, MANY, NEAR, STIFF, stored
 from lure.rod.motion.pieces import NOISE, Pieces, largest
 from lure.rod.motion.record import Level, Record, State
-from lure.rod.motion.sources import NO_LOAD, Panels, Problem, block_count, load_of_a_block
+from lure.rod.motion.sources import NO_LOAD, Panels, Problem, load_of_a_block
 
 _WINDOWS, _PIECES = 4096, 8192  # room in the record of compiled code,
 _FEW_WINDOWS, _FEW_PIECES = 64, 512  # and of code as it stands, which is asked for windows one by one
-_PANELS = 20_000
-_MOST_BLOCKS, _LEAST_BLOCKS = 1024, 8
 _PIECE, _POWERED = 1e-4, 1e-3  # [s] without compilation, with a power law
 LEAST_ENERGY = 1e-290  # [J]: below, doubles lose digits
 
@@ -46,7 +44,7 @@ class Engine:
     """
 
     def __init__(self, problem: Problem, *, wish: bool | None, stretches: bool = True) -> None:
-        self._problem, self._wish, self._spent, self._most_blocks = problem, wish, 0.0, 1
+        self._problem, self._wish, self._spent = problem, wish, 0.0
         self.compiled = compiled = compilation_pays(problem, wish)
         wave, error = problem.sources.initial_wave()
         room = Room(
@@ -62,7 +60,7 @@ class Engine:
         self._forces = ExponentialForces(problem.sources, problem.transits, known=stretches)
         self.q[M.TOTAL], self.q[M.PACE] = math.ceil(0.5 * problem.transits), 1
         self.q[M.LOOK] = 1 if self._forces.known else self.q[M.TOTAL]
-        self._loads = NO_LOAD, NO_LOAD if problem.sources.scenario.free else load_of_a_block(room.degree)
+        self._load = NO_LOAD if problem.sources.scenario.free else load_of_a_block(room.degree)
         self._force, self._found = self._forces.packed(0), NO_LOAD
         self._given()
 
@@ -80,10 +78,9 @@ class Engine:
         if self.compiled and self._forces.known and not self.q[M.LOOPS]:
             places = layout(MOST_FREE, MOST_COLUMNS, self._room.degree + 1)
             self._found, self.q[M.LOOPS] = (np.empty(places[-1]), places), 1
-        self._others: Any = *self._loads, self._force, self._found
+        self._others: Any = self._load, self._force, self._found
         if not self.compiled:
-            lists = ((load.tolist(), heads.tolist()) for load, heads in self._loads)
-            self._others = *lists, self._force.tolist(), self._found
+            self._others = tuple(part.tolist() for part in self._load), self._force.tolist(), self._found
 
     def _kernel(self) -> int:
         """Go on as far as nothing is needed: see :func:`lure.rod.motion.kernel_run.run`."""
@@ -143,7 +140,8 @@ class Engine:
             elif status == SEARCH:
                 yield from self._searched()
             elif status == LOADS:
-                self._make_panels()
+                self._load = self._panels.of(int(self.q[M.TRIP]) // M.BLOCK)
+                self._given()
             elif status == FORCE:
                 self._force = self._forces.packed(int(self.q[M.TRIP]))
                 self._given()
@@ -161,18 +159,6 @@ class Engine:
         if found is not None:
             self.q[M.LOOK], self.q[M.PACE] = self.q[M.TRIP], 2
             yield found
-
-    def _make_panels(self) -> None:
-        """The panels from the next round trip on: as many as are needed; at first few, until it is known how many."""
-        q = self.q
-        block, stop = int(q[M.TRIP]) // M.BLOCK, int(min(q[M.LOOK], q[M.TOTAL]))
-        count = min(max(-(-stop // M.BLOCK), block + _LEAST_BLOCKS), block_count(self._problem.transits)) - block
-        count = min(count, self._most_blocks)
-        load = self._panels.over(block, count)
-        many = max(1, (len(load[1]) - count - 2) // count)
-        self._most_blocks = max(1, min(_MOST_BLOCKS, _PANELS // many))
-        self._loads = load, self._loads[1]
-        self._given()
 
     def _reconsider(self) -> None:
         """Compile from here on if that is likely to take less time than it saves."""

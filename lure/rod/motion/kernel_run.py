@@ -35,11 +35,12 @@ from lure.rod.motion.pieces import Array
 FREE, SEARCH, LOADS, FORCE = 10, 11, 12, 13
 MOST_PACE = 1024
 SPAN = 2.0 * M.BLOCK
+_NARROWEST = SPAN / (M.PANELS - 1)
 _RESOLVED, _NOISE = 1e-15, 1e-16
 Load = tuple[Array, Counts]
 
 
-def run(f: Array, q: Counts, given: tuple[Load, Load, Array, tuple[Array, Counts]], powers: int | None = None) -> int:
+def run(f: Array, q: Counts, given: tuple[Load, Array, tuple[Array, Counts]], powers: int | None = None) -> int:
     """Go on to the last round trip or as far as there is room; ``DONE``, or what it stops for.
 
     In one function, since each that calls others is compiled with all of them in it.
@@ -49,13 +50,13 @@ def run(f: Array, q: Counts, given: tuple[Load, Load, Array, tuple[Array, Counts
     f, q : ndarray
         The memory, see :mod:`lure.rod.motion.kernel_series`.
     given : tuple
-        Panels of some blocks, see :class:`lure.rod.motion.sources.Panels`, and room for those of one, empty without
-        loads; the force, see :meth:`lure.rod.motion.exponential_force.ExponentialForces.packed`; room for round trips
-        in which nothing happens, see :func:`lure.rod.motion.kernel_walk.free_trips`.
+        Panels of a block, see :class:`lure.rod.motion.sources.Panels`, empty without loads; the force, see
+        :meth:`lure.rod.motion.exponential_force.ExponentialForces.packed`; room for round trips in which nothing
+        happens, see :func:`lure.rod.motion.kernel_walk.free_trips`.
     powers : int or None
         None without power laws.
     """
-    known, own, force, found = given
+    load, force, found = given
     while q[M.TRIP] < q[M.TOTAL]:
         if q[M.WINDOWS] == q[M.MOST_WINDOWS]:
             return FULL
@@ -75,11 +76,9 @@ def run(f: Array, q: Counts, given: tuple[Load, Load, Array, tuple[Array, Counts
                     return FREE
                 if count < 0:
                     return SEARCH
-        block, load = q[M.TRIP] // M.BLOCK, known
-        if len(own[0]) > 0 and not has_block(q, known, block):
-            load = own
-            if not has_block(q, own, block) and not force_panels(f, q, own, force, block):
-                return LOADS
+        block = q[M.TRIP] // M.BLOCK
+        if len(load[0]) > 0 and load[1][0] != block and not force_panels(f, q, load, force, block):
+            return LOADS
         f[M.TERM], f[M.PASSED], q[M.ARCS], q[M.LEFT] = 0.0, 0.0, 0, 0
         pieces, status = incoming(f, q, load, min(2.0, f[M.TRANSITS] - 2.0 * q[M.TRIP])), FULL
         if pieces != NO_ROOM:
@@ -129,30 +128,38 @@ def clear(f: Array, q: Counts) -> bool:
 
 
 @kernel
-def has_block(q: Counts, loads: Load, block: int) -> bool:
-    """Whether the panels are there."""
-    load, heads = loads
-    if len(load) == 0:
+def force_panels(f: Array, q: Counts, loads: Load, force: Array, block: int) -> bool:
+    """Fill the panels of a force that is a sum of exponentials in a whole block, as wide as series resolve it.
+
+    Their widths are halved, and they end at multiples of them.  In block 0 the force needs a transit to arrive, so that
+    a panel without any goes before.
+    """
+    first, low, width, count = SPAN * block, 0.0, SPAN, 0
+    if force[FROM] > max(first, 1.0) or force[UP_TO] < first + SPAN:
         return False
-    count = len(heads) - 2 - len(load) // (2 * (q[M.DEGREE] + 1) + M.PANEL)
-    return bool(heads[0] <= block < heads[0] + count)
+    while low < SPAN:
+        late = block == 0 and low == 0.0
+        high = 1.0 if late else (math.floor(low / width) + 1.0) * width
+        if late or force_panel(f, q, loads, force, (first, low, high, count)):
+            if late:
+                panel(f, q, loads, (low, high, 0.0, count), 0)
+            low, count = high, count + 1
+            continue
+        width *= 0.5
+        if width < _NARROWEST:
+            return False
+    loads[1][0], loads[1][1] = block, count
+    return True
 
 
 @kernel
-def force_panels(f: Array, q: Counts, loads: Load, force: Array, block: int) -> bool:
-    """Fill the panel of a force that is a sum of exponentials in a whole block, if a series resolves it.
-
-    In block 0 the force needs a transit to arrive, so that a panel without any goes before.
-    """
-    (load, heads), first, n, width = loads, SPAN * block, q[M.DEGREE], 2 * (q[M.DEGREE] + 1) + M.PANEL
-    low, empty = 1.0 if block == 0 else 0.0, 1 if block == 0 else 0
-    if force[FROM] > max(first, 1.0) or force[UP_TO] < first + SPAN:
-        return False
+def force_panel(f: Array, q: Counts, loads: Load, force: Array, place: tuple[float, float, float, int]) -> bool:
+    """Fill one of them; whether a series resolves the force on it."""
+    (first, low, high, count), n, size, degree = place, q[M.DEGREE], 0.0, 0
     for j in range(n + 1):
-        x = low + 0.5 * (SPAN - low) * (f[q[M.INNER] + n * (n + 1) + j] + 1.0) - 1.0
+        x = low + 0.5 * (high - low) * (f[q[M.INNER] + n * (n + 1) + j] + 1.0) - 1.0
         f[M.NODES + j] = force_at(force, x, first)
     fitted(f, q, n, M.EXTRA)
-    size, at, degree = 0.0, width * empty, 0
     for k in range(n + 1):
         size += abs(f[M.EXTRA + k])
     if not max(abs(f[M.EXTRA + n]), abs(f[M.EXTRA + n - 1])) <= _RESOLVED * size:
@@ -160,14 +167,20 @@ def force_panels(f: Array, q: Counts, loads: Load, force: Array, block: int) -> 
     for k in range(n + 1):
         if abs(f[M.EXTRA + k]) > _NOISE * size:
             degree = k
+    panel(f, q, loads, (low, high, size, count), degree)
+    return True
+
+
+@kernel
+def panel(f: Array, q: Counts, loads: Load, place: tuple[float, float, float, int], degree: int) -> None:
+    """Enter a panel with the series in ``EXTRA``; with none where its size is zero."""
+    (low, high, size, count), n = place, q[M.DEGREE]
+    width = 2 * (n + 1) + M.PANEL
+    load, at = loads[0], width * count
     for k in range(width):
-        load[k], load[at + k] = 0.0, 0.0
-    load[1] = 1.0
-    load[at], load[at + 1], load[at + 2] = low, SPAN, size
-    for j in range(degree + 1):
+        load[at + k] = 0.0
+    load[at], load[at + 1], load[at + 2], loads[1][2 + count] = low, high, size, degree
+    for j in range(degree + 1 if size > 0.0 else 0):
         load[at + M.PANEL + j] = f[M.EXTRA + j]
         for k in range(j + 1):
             load[at + M.PANEL + n + 1 + k] += abs(f[M.EXTRA + j]) * f[q[M.GROWTH] + k * (n + 1) + j]
-    heads[0], heads[1], heads[2], heads[3], heads[4] = block, 0, 1 + empty, 0, 0
-    heads[3 + empty] = degree
-    return True

@@ -42,6 +42,7 @@ Counts = NDArray[np.int64]
 
 ZERO = 0
 BLOCK = 16  # round trips to which one panel of the loads may extend
+PANELS = 129  # of a block for which the kernel has room
 
 # f: the rod, with d reduced by the share
 TRANSIT, SHARE, ECHO, IMPEDANCE, AREA, MOBILITY, TRANSITS = range(0, 7)

@@ -175,15 +175,10 @@ def load_part(f: Array, q: Counts, load: Array, panel: tuple[int, int], span: tu
 
 @kernel
 def incoming(f: Array, q: Counts, loads: tuple[Array, Counts], span: float) -> int:
-    """Fill the wave of the round trip; the number of pieces, or ``NO_ROOM``.  ``heads``: see :mod:`sources`."""
+    """Fill the wave of the round trip; the number of pieces, or ``NO_ROOM``.  ``heads``: see :class:`.Panels`."""
     load, heads = loads
     size, width, count = q[M.DEGREE] + 1 + M.COEF, 2 * (q[M.DEGREE] + 1) + M.PANEL, q[M.COUNT]
-    p, stop, offset, missed, loaded = M.ZERO, M.ZERO, 0.0, 0.0, len(load) > 0
-    if loaded:
-        block = q[M.TRIP] // M.BLOCK
-        offset = 2.0 * (q[M.TRIP] - M.BLOCK * block)
-        p, stop = heads[1 + block - heads[0]], heads[2 + block - heads[0]]
-    degrees = len(heads) - len(load) // width
+    p, offset, missed, loaded = M.ZERO, 2.0 * (q[M.TRIP] % M.BLOCK), 0.0, len(load) > 0
     scale = abs(f[M.ECHO]) * f[M.SCALE]
     tiny, i, m, old, c = TINY * scale, M.ZERO, M.ZERO, q[M.OLD], q[M.NOW]
     low = f[old + M.START]
@@ -192,7 +187,7 @@ def incoming(f: Array, q: Counts, loads: tuple[Array, Counts], span: float) -> i
         if high > span - SAME:
             high = span
         if loaded:
-            while p + 1 < stop and load[width * p + 1] - offset <= low + SAME:
+            while p + 1 < heads[1] and load[width * p + 1] - offset <= low + SAME:
                 p += 1
             if load[width * p + 1] - offset < high - SAME:
                 high, ends = load[width * p + 1] - offset, False
@@ -201,7 +196,7 @@ def incoming(f: Array, q: Counts, loads: tuple[Array, Counts], span: float) -> i
         n = cut_out(f, q, (old, q[q[M.OLD_DEGREES] + i]), (low, high), c + M.COEF)
         scale = max(scale, f[old + M.SIZE])
         if loaded and load[width * p + 2] > 0.0:
-            more = load_part(f, q, load, (width * p, heads[degrees + p]), (low + offset, high + offset))
+            more = load_part(f, q, load, (width * p, heads[2 + p]), (low + offset, high + offset))
             for k in range(n + 1, more + 1):
                 f[c + M.COEF + k] = 0.0
             for k in range(more + 1):

@@ -277,7 +277,7 @@ def fitted(
     Raises
     ------
     InputError
-        More than 5000 pieces are needed.
+        More than 5000 pieces are needed in a round trip.
     """
     space, n = basis(degree), degree + 1
     looks = 2 * max(8, looks // len(edges))
@@ -299,7 +299,7 @@ def fitted(
         miss = np.maximum(miss, tails(series))
         doubt = np.partition(noise[:, :n], n - 3, axis=1)[:, n - 3]  # a jump near one node or two excuses nothing
         allowed = 3e-15 * scale + _DENORMAL + 8.0 * doubt
-        if len(starts) + len(done) > _MOST:
+        if len(starts) + len(done) > _MOST * max(1.0, 0.5 * (edges[-1] - edges[0])):
             raise InputError(
                 f"the loads and initial data need more than {_MOST} pieces in one round trip; give "
                 "smoother or slower ones"

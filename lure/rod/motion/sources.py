@@ -10,8 +10,7 @@ backward wave that reaches ``x = 0`` at ``t``, with ``f = 0`` before ``t = 0``.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -21,8 +20,8 @@ from lure.expressions import Expression
 from lure.expressions.tree import COMPARISONS, Apply, Node, Number, names, switches
 from lure.record import described, quantity
 from lure.rod.motion.end_law import Boundary, EndLaw
-from lure.rod.motion.kernel_series import BLOCK, PANEL, Counts, growth
-from lure.rod.motion.pieces import LOOKS, NARROWEST, SAME, Array, Pieces, basis, distinct, fitted, tails
+from lure.rod.motion.kernel_series import BLOCK, PANEL, PANELS, Counts, growth
+from lure.rod.motion.pieces import LOOKS, Array, Pieces, distinct, fitted
 from lure.rod.parameters import Rod
 from lure.rod.scenario import Scenario
 
@@ -30,16 +29,15 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _MOST_PANELS = 256
 Path = tuple[Array, Array, float, Array]
 SPAN = 2.0 * BLOCK
-_CHECKS = np.array([-0.97, -0.83, -0.64, -0.43, -0.29, -0.17, 0.11, 0.26, 0.38, 0.59, 0.71, 0.9])
-_MOST = 5000
 _NOISE = 1e-16
 Load = tuple[Array, Counts]
 NO_LOAD: Load = np.empty(0), np.empty(0, dtype=np.int64)
 
 
-def load_of_a_block(degree: int) -> Load:
-    """Room for the two panels that :func:`lure.rod.motion.kernel_run.force_panels` fills, of no block so far."""
-    return np.empty(2 * (2 * (degree + 1) + PANEL)), np.full(5, -1, dtype=np.int64)
+def load_of_a_block(degree: int, panels: int = 0) -> Load:
+    """Room for the panels of a block, of none so far: for those that the kernel fills, at least."""
+    count = max(panels, PANELS)
+    return np.empty(count * (2 * (degree + 1) + PANEL)), np.full(count + 2, -1, dtype=np.int64)
 
 
 @described(frozen=True, kw_only=True, eq=False, slots=True)
@@ -241,23 +239,17 @@ def _panels(rate: Callable[[Array, Array], Array], path: Path, edges: Array) -> 
 
 @described(kw_only=True, slots=True)
 class Panels:
-    """Makes the loads of one motion as Chebyshev series on panels, block after block, over many round trips at once.
+    """Makes the loads of one motion as Chebyshev series on panels, block after block of 16 round trips.
 
-    A panel reaches over up to 16 round trips if the load is made of sines, cosines, sums and products, which 29 points
-    show as they are; of other formulas (a pulse ``exp(-t**2)`` may hide between points) a panel reaches over one round
-    trip at most, as in :meth:`Sources.loads`.  What a block of 16 round trips needs does not depend on how many blocks
-    are asked for at once.
+    A force that is a sum of exponentials needs none of it: see :func:`lure.rod.motion.kernel_run.force_panels`.
     """
 
     sources: Sources = quantity("The loads")
     transits: float = quantity("Length of the motion [transits]: loads are not asked for beyond")
     scale: float = quantity("A lower bound of the size of the wave when the next block begins [m/s]")
-    width: float = quantity(
-        "With which panels begin [transits]: what half of the panels of block 0 were cut down to", default=2.0
-    )
 
-    def over(self, first: int, count: int) -> Load:
-        """The panels of blocks ``first .. first + count - 1``; blocks are asked for in order.
+    def of(self, block: int) -> Load:
+        """The panels of a block; blocks are asked for in order.
 
         Returns
         -------
@@ -266,143 +258,32 @@ class Panels:
             ``N + 1`` coefficients, and bounds on the k-th coefficient of a part, per k-th power of its share of the
             width.
         heads : ndarray
-            The first block, the first panel of each block, the number of panels, and the degree of each.
+            The block, the number of panels, and the degree of each.
 
         Raises
         ------
         InputError
             More than 5000 panels are needed in a round trip, or the load is not finite.
         """
-        if not _gentle(self.sources):
-            return panel_table(first, count, [self._halved(number) for number in range(first, first + count)])
-        block, low, high = self._begun(first, count)
-        space = basis(self.sources.degree)
-        nodes = np.concatenate((space.inner, _CHECKS))
-        seen = np.polynomial.chebyshev.chebvander(_CHECKS, space.degree).T
-        scales: Array | None = None
-        done: list[tuple[Array, ...]] = []
-        while low.size:
-            half = 0.5 * (high - low)[:, None]
-            t = SPAN * block[:, None] + (low[:, None] + half * (nodes + 1.0))
-            flat, noise = (v.reshape(t.shape) for v in self.sources.added(t.ravel()))
-            if scales is None:
-                scales = self._scales(block - first, np.abs(flat).max(axis=1), count)
-            series = _rowwise(flat[:, : space.degree + 1], space.from_inner.T)
-            miss = np.abs(_rowwise(series, seen) - flat[:, space.degree + 1 :]).max(axis=1)
-            miss = np.maximum(miss, tails(series))
-            allowed = 3e-15 * scales[block - first] + 8.0 * noise.max(axis=1)
-            good = (miss <= allowed) | (high - low < NARROWEST)
-            size = np.abs(flat[good]).max(axis=1)
-            tiny = np.maximum(_NOISE * size, 0.5 * noise[good].max(axis=1))
-            done.append((block[good], low[good], high[good], series[good], size, miss[good], tiny))
-            block, low, high = (v[~good] for v in (block, low, high))
-            self._check(block, low)
-            middle = 0.5 * (low + high)
-            block, low, high = np.repeat(block, 2), _woven(low, middle), _woven(middle, high)
-        if first == 0:
-            self.width = float(np.median(np.concatenate([np.minimum(part[2] - part[1], 2.0) for part in done])))
-        return panel_table(first, count, done)
-
-    def _halved(self, number: int) -> tuple[Array, ...]:
-        """The panels of one block as :func:`lure.rod.motion.pieces.fitted` finds kinks, jumps and pulses."""
-        origin = SPAN * number
-        end = min(SPAN, self.transits - origin)
-        points = [point - origin for point in self.sources.load_breaks()] + [2.0 * k for k in range(1, BLOCK)]
+        sources, origin = self.sources, SPAN * block
+        end, last = min(SPAN, self.transits - origin), sources.degree
+        points = [point - origin for point in sources.load_breaks()] + [2.0 * k for k in range(1, BLOCK)]
+        looks = 0 if sources.scenario.body_force.is_zero and _mild(sources.scenario.force.tree) else LOOKS
         pieces, error = fitted(
-            lambda tau: self.sources.added(origin + tau), distinct(points, 0.0, end), self.sources.degree, self.scale
+            lambda tau: sources.added(origin + tau), distinct(points, 0.0, end), last, self.scale, looks
         )
-        size = np.abs(pieces.series).sum(axis=1)
-        self.scale = max(abs(self.sources.echo) ** BLOCK * self.scale, float(size.max()))
-        ones = np.ones(len(size))
-        return (
-            number * ones,
-            pieces.edges[:-1],
-            pieces.edges[1:],
-            pieces.series,
-            size,
-            error / end * ones,
-            _NOISE * size,
-        )
-
-    def _begun(self, first: int, count: int) -> tuple[Counts, Array, Array]:
-        """Blocks and ends of the panels to begin with."""
-        breaks = np.unique([b for b in self.sources.load_breaks() if SPAN * first < b < SPAN * (first + count)])
-        owner = np.floor(breaks / SPAN).astype(np.int64)
-        # where a block is not whole, panels begin and end with round trips, so that their halves meet the echoes' edges
-        fine = np.full(count, self.width < 2.0)
-        fine[owner - first] = True
-        fine |= SPAN * (np.arange(first, first + count) + 1) > self.transits
-        step = 2.0 ** math.ceil(math.log2(self.width))
-        grid = step * np.arange(round(SPAN / step))
-        block = np.repeat(np.arange(first, first + count), np.where(fine, len(grid), 1))
-        low = np.concatenate([grid if many else grid[:1] for many in fine])
-        inside = SPAN * block + low < self.transits - SAME
-        block, low = block[inside], low[inside]
-        high = np.minimum(low + np.where(fine[block - first], step, SPAN), self.transits - SPAN * block)
-        if not breaks.size:
-            return block, low, high
-        place = breaks - SPAN * owner
-        near = np.searchsorted(SPAN * block + low, breaks, side="right") - 1
-        keep = (place > low[near] + SAME) & (place < high[near] - SAME)
-        owner, place, near = owner[keep], place[keep], near[keep]
-        block, low = np.concatenate((block, owner)), np.concatenate((low, place))
-        order = np.lexsort((low, block))
-        ends = np.concatenate((high, high[near]))[order]
-        block, low = block[order], low[order]
-        same = block[1:] == block[:-1]
-        high = ends.copy()
-        high[:-1][same] = np.minimum(high[:-1][same], low[1:][same])
-        wide = high - low > SAME
-        return block[wide], low[wide], high[wide]
-
-    def _scales(self, block: Counts, size: Array, count: int) -> Array:
-        """Size to which errors in each block are relative."""
-        largest = np.zeros(count)
-        np.maximum.at(largest, block, size)
-        decay = abs(self.sources.echo) ** BLOCK
-        found = np.empty(count)
-        for i, new in enumerate(largest.tolist()):
-            found[i] = self.scale = max(decay * self.scale, new)
-        return found
-
-    def _check(self, block: Counts, low: Array) -> None:
-        """Refuse loads that need more than 5000 panels in a round trip."""
-        if len(low) > _MOST // 2 and np.unique((SPAN * block + low) // 2.0, return_counts=True)[1].max() > _MOST // 2:
-            raise InputError(
-                f"the loads and initial data need more than {_MOST} pieces in one round trip; give smoother or slower "
-                "ones"
-            )
-
-
-def _rowwise(rows: Array, matrix: Array) -> Array:
-    """The product, whose rounding in one row does not depend on how many there are, as that of BLAS may."""
-    return np.asarray(np.einsum("ij,jk->ik", rows, matrix))
-
-
-def _woven(first: Array, second: Array) -> Array:
-    return np.column_stack((first, second)).ravel()
-
-
-def panel_table(first: int, count: int, done: Sequence[tuple[Array, ...]]) -> Load:
-    """Panels of some blocks, see :meth:`Panels.over`, from their blocks, ends, series, sizes, errors and noise."""
-    block, low, high, series, size, miss, tiny = (np.concatenate(parts) for parts in zip(*done, strict=True))
-    order = np.lexsort((low, block))
-    starts = np.searchsorted(block[order], np.arange(first, first + count + 1))
-    low, high, series, size, miss, tiny = (part[order] for part in (low, high, series, size, miss, tiny))
-    seen = np.abs(series) > tiny[:, None]
-    last = series.shape[1] - 1
-    degree = np.where(seen.any(axis=1), last - seen[:, ::-1].argmax(axis=1), 0)
-    series = np.where(np.arange(last + 1) <= degree[:, None], series, 0.0)
-    table = np.empty((len(low), 2 * last + 6))
-    table[:, 0], table[:, 1], table[:, 2], table[:, 3] = low, high, size, miss
-    table[:, 4 : last + 5], table[:, last + 5 :] = series, _rowwise(np.abs(series), growth(last).T)
-    return table.ravel(), np.concatenate(([first], starts, degree)).astype(np.int64)
-
-
-def _gentle(sources: Sources) -> bool:
-    """Whether the loads are sums and products of sines, cosines and few powers."""
-    scenario = sources.scenario
-    return scenario.body_force.is_zero and _mild(scenario.force.tree)
+        size, count = np.abs(pieces.series).sum(axis=1), len(pieces.series)
+        self.scale = max(abs(sources.echo) ** BLOCK * self.scale, float(size.max()))
+        seen = np.abs(pieces.series) > _NOISE * size[:, None]
+        degree = np.where(seen.any(axis=1), last - seen[:, ::-1].argmax(axis=1), 0)
+        series = np.where(np.arange(last + 1) <= degree[:, None], pieces.series, 0.0)
+        load, heads = load_of_a_block(last, count)
+        table = load.reshape(-1, 2 * (last + 1) + PANEL)[:count]
+        table[:, 0], table[:, 1], table[:, 2], table[:, 3] = pieces.edges[:-1], pieces.edges[1:], size, error / end
+        table[:, PANEL : PANEL + last + 1] = series
+        table[:, PANEL + last + 1 :] = np.abs(series) @ growth(last).T
+        heads[0], heads[1], heads[2 : 2 + count] = block, count, degree
+        return load, heads
 
 
 def _mild(node: Node) -> bool:
@@ -416,8 +297,3 @@ def _mild(node: Node) -> bool:
         base, exponent = node.arguments
         return _mild(base) and isinstance(exponent, Number) and exponent.value in (0, 1, 2, 3, 4)
     return not names(node)
-
-
-def block_count(transits: float) -> int:
-    """Number of blocks of a motion."""
-    return math.ceil(transits / SPAN)
