@@ -37,7 +37,7 @@ FAR = 30.0
 """A boundary further away than so many widths of the curve is named in the plot, not drawn."""
 
 NAMED = 0.08
-"""Of the width of the curve, room for the name of a boundary left of it, besides the margin."""
+"""Of the width, room for the name of a boundary left of it, besides the margin."""
 
 _ROUNDING = 1e-13
 """An imaginary part that is a smaller share of its value is drawn as 0."""
@@ -163,9 +163,8 @@ def plot_popov(
     boundary = _boundary(result)
     reach = float(np.nanmax(x) - min(np.nanmin(x), 0.0))
     near = -boundary <= FAR * reach
-    low, high = padded(
-        min(float(np.nanmin(x)), boundary - NAMED * reach if near else 0.0), max(float(np.nanmax(x)), 0.0), 0.12
-    )
+    room = boundary - NAMED * max(reach, -boundary) if near else 0.0
+    low, high = padded(min(float(np.nanmin(x)), room), max(float(np.nanmax(x)), 0.0), 0.12)
     bottom, top = padded(min(float(np.nanmin(y)), 0.0), max(float(np.nanmax(y)), 0.0), 0.12)
     bottom = room_below(bottom, top, 3 if near else 0)
     axes.plot(x, y, color=BLUE, lw=1.2, marker=".", markevery=[0, -1], label="H(iω), ω > 0")

@@ -226,7 +226,7 @@ def window(x: Floats, y: Floats, *marks: float | None) -> tuple[float, float, fl
     reach = (right - left) or 1.0
     for mark in marks:
         if mark is not None and abs(mark) <= FAR * reach:
-            left, right = min(left, mark - NAMED * reach), max(right, mark)
+            left, right = min(left, mark - NAMED * max(reach, abs(mark))), max(right, mark)
     tall = 2.0 * float(np.median(np.abs(y[kept])))
     if right - left < tall:  # a curve along the imaginary axis
         left, right = left - 0.25 * (tall - right + left), right + 0.25 * (tall - right + left)
