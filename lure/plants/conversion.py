@@ -174,7 +174,7 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
 def _from_text(text: str, dt: object) -> RationalPlant | DelayPlant:
     if text.endswith((".toml", ".mat", ".csv")):
         raise InputError(
-            f"{reprlib.repr(text)} is the name of a file, and a text is a formula in s or z; lure.files.find_system(name)"
+            f"{reprlib.repr(text)} is the name of a file, and a text is a formula; lure.files.find_system(name)"
             ".block is the block of a system file, and as_plant takes the matrices that scipy.io.loadmat reads"
         )
     if not _EXPONENTIAL.search(text):

@@ -55,7 +55,7 @@ def test_measured_data_stay_data():
         (lambda: lambda s: 1 / s, "nothing can be shown with it; give coefficients"),
         (lambda: 3, "3 is no linear block; give coefficients"),
         (lambda: None, "None is no linear block"),
-        (lambda: "plant.toml", "'plant.toml' is the name of a file, and a text is a formula in s or z"),
+        (lambda: "plant.toml", "'plant.toml' is the name of a file, and a text is a formula;"),
         (lambda: np.array([1, 2]), "is no linear block"),
         (lambda: ([1, 2, 3], [1, 2]), "improper"),
         (lambda: ([1], [0, 0]), "denominator is zero"),
