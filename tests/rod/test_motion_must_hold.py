@@ -73,7 +73,7 @@ def test_the_answer_does_not_depend_on_degree_or_pieces(eps):
     ]
     motions.append(exact_motion(rod, cut, 12.0, boundary=boundary))
     for motion in motions:
-        assert np.abs(motion.z(t) - motions[3].z(t)).max() <= motion.error + motions[3].error + 2e-15
+        assert np.abs(motion.z(t) - motions[3].z(t)).max() <= motion.error + motions[3].error + 4e-15  # of 1.1
         assert motion.error < 1e-12
         assert len(motion.impacts) == len(motions[3].impacts) > 0
 

@@ -25,7 +25,7 @@ LEFT_OUT = 1e-17  # of the wave: what the series leaves out
 CANCELLED = 8.0  # what its terms may exceed the wave by
 WAY_BACK = 4e-16  # of all ways there and back in free flight
 FIRST = 64  # round trips made by doubling
-TOP = 1e-16  # of the wave: what its last coefficients may be
+TOP = 4e-16  # of the wave: what its last coefficients may be
 SEEN, SMALL = 1e-17, 1e-19
 TINY = 5e-16  # of a function of the force, and of its rate: rounding reaches 2.2e-16 in the last coefficient
 LEAST = 16  # round trips
@@ -44,12 +44,10 @@ COUNTS, LEVELS, BEGINS, WAVES, ZETAS = range(5)
 WATCHED, OTHERS, BENDS, TOPS = range(5, 9)
 # half widths of the pieces [s]; wave that comes back; functions of the force on the pieces; elimination
 HALVES, BACK, LOADS, PIVOTS, UNITS, FALLS = range(9, 15)
-# in flight: waves of which all are made, their sizes and ways, and how much of each is in the terms
-BASIS, WIDEST, WAYS, SHARES = range(15, 19)
 # how much of each function of the force is in the terms, and in the next round trip; sizes of terms; a column
-LOADED, MOVED, SIZES, COLUMN = range(19, 23)
+LOADED, MOVED, SIZES, COLUMN = range(15, 19)
 # parts of a block still to be looked at, what is watched at their ends and here; the last round trip
-PLACES, ROWS, HERE, LAST_WAVE, LAST_ZETA, WHOLE = range(23, 29)
+PLACES, ROWS, HERE, LAST_WAVE, LAST_ZETA, WHOLE = range(19, 25)
 # the force: exponents and functions, places of weights, of what there is of each function at first, of what turns it;
 # where it holds [transits], the round trip from which there is another, and before which intervals end
 RATES, FUNCTIONS, WEIGHTS, AT_FIRST, TURN, FROM, UP_TO, NEXT, MOST, HEAD = range(10)
@@ -58,9 +56,9 @@ RATES, FUNCTIONS, WEIGHTS, AT_FIRST, TURN, FROM, UP_TO, NEXT, MOST, HEAD = range
 @lru_cache(maxsize=16)
 def layout(P: int, C: int, size: int) -> Counts:
     """Places in ``g`` for so many pieces, functions of the force and coefficients, and how long it is."""
-    rows, w, r, b = TERMS + 1, 2 * P + 1, C + 2, BLOCKS
+    rows, w, b = TERMS + 1, 2 * P + 1, BLOCKS
     blocks = (b, 2 * b, 2 * rows * b, rows * P * size * b, rows * P * size * b, rows * w * b, P * b, w * b, b)
-    once = (P, P * size, C * P * size, *(P * (size + 1),) * 3, r * P * size, r, 2 * r + 1, rows * r)
+    once = (P, P * size, C * P * size, *(P * (size + 1),) * 3)
     rest = (rows * C, C, 2 * rows, size + 2, DEEPEST, DEEPEST * w, w, P * size, P * size)
     return np.cumsum((ZETA_DEGREE + 1, *blocks, *once, *rest))
 
@@ -224,12 +222,13 @@ def eliminated(g: Array, o: Counts, P: int, size: int, rate: float) -> None:
 def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[float, float]:
     """Fill ``zeta`` on the pieces and what is watched for a term; the way and the integral of ``zeta``.
 
-    ``row`` counts the terms of all blocks; only the first of a block has the constant in it.
+    ``row`` counts the terms of all blocks; only the first of a block has the constant in it.  In flight a way that is
+    rounding beside what goes there and back is none.
     """
     law, P, size = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.COUNT], q[M.DEGREE] + 1
     n, last, rate, share = int(g[WAVE_DEGREE]), int(g[ZETA_DEGREE]), f[law + M.RATE], f[M.SHARE]
     push = f[law + M.STRESS] if row % (TERMS + 1) == 0 else 0.0
-    watched, right, way, area = o[WATCHED] + (2 * P + 1) * row, o[COLUMN], 0.0, 0.0
+    watched, right, way, area, both = o[WATCHED] + (2 * P + 1) * row, o[COLUMN], 0.0, 0.0, 0.0
     g[watched] = g[o[BEGINS] + 2 * row]
     for p in range(P):
         wave, zeta = o[WAVES] + (n + 1) * (P * row + p), o[ZETAS] + (last + 1) * (P * row + p)
@@ -246,8 +245,10 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
                 sign = -sign
                 g[zeta + k] = z
             g[zeta], end = begin - total, 2.0 * first
+            both += 2.0 * (abs(load * g[wave]) + abs(half * push))
             for k in range(2, n + 1, 2):
-                end += 2.0 * load * g[wave + k] / (1.0 - float(k) * float(k))
+                term = 2.0 * load * g[wave + k] / (1.0 - float(k) * float(k))
+                end, both = end + term, both + abs(term)
         else:
             pivots, unit, fall, z = (
                 o[PIVOTS] + (size + 1) * p,
@@ -280,73 +281,12 @@ def solved_trip(f: Array, q: Counts, g: Array, o: Counts, row: int) -> tuple[flo
         g[watched + P + 1 + p] = share * g[wave] - rate * begin - push
         g[watched + p + 1] = begin + end
         way += end
-    return way, area
+    return 0.0 if abs(way) <= WAY_BACK * both else way, area
 
 
 @kernel
-def flight_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
-    """Fill the waves of which all in flight are made, with their ways; how many.  Ways there and back are none."""
-    P, size, n, push = (
-        q[M.COUNT],
-        q[M.DEGREE] + 1,
-        int(g[WAVE_DEGREE]),
-        f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.STRESS],
-    )
-    r = 1 + C + (1 if push * f[M.ECHO] != 0.0 else 0)
-    for i in range(r):
-        way, both, widest = 0.0, 0.0, 0.0
-        for p in range(P):
-            to, total = o[BASIS] + size * (P * i + p), 0.0
-            for k in range(n + 1):
-                c = 1.0 if k == 0 else 0.0
-                if i == 0:
-                    c = g[o[BACK] + size * p + k]
-                elif i <= C:
-                    c = g[o[LOADS] + size * (P * (i - 1) + p) + k]
-                g[to + k] = c
-                total += abs(c)
-                if k % 2 == 0:
-                    term = 2.0 * g[o[HALVES] + p] * f[M.SHARE] * c / (1.0 - float(k) * float(k))
-                    way += term
-                    both += abs(term)
-            widest = max(widest, total)
-        g[o[WIDEST] + i], g[o[WAYS] + i] = widest, 0.0 if abs(way) <= WAY_BACK * both else way
-        g[o[SHARES] + i] = 1.0 if i == 0 else g[o[LOADED] + i - 1] if i <= C else 0.0
-    g[o[WAYS] + r] = -2.0 * push * f[M.TRANSIT]
-    return r
-
-
-@kernel
-def flight_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int, int]) -> float:
-    """Fill the wave of a term in flight from how much there is of each, and that of the next; the way."""
-    (row, r, C), P, size, n, j = place, q[M.COUNT], q[M.DEGREE] + 1, int(g[WAVE_DEGREE]), place[0] % (TERMS + 1)
-    shares, total = o[SHARES] + (C + 2) * j, 0.0
-    way = g[o[WAYS] + r] if j == 0 else 0.0
-    both = abs(way)
-    for p in range(P):
-        for k in range(n + 1):
-            c = 0.0
-            for i in range(r):
-                c += g[shares + i] * g[o[BASIS] + size * (P * i + p) + k]
-            g[o[WAVES] + (n + 1) * (P * row + p) + k] = c
-    back, constant = f[M.ECHO] * (2.0 * f[M.SHARE] - 1.0) - 1.0, 0.0
-    if j == 0:
-        constant = -2.0 * f[M.ECHO] * f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.STRESS]
-    for i in range(r):
-        c = g[shares + i]
-        total += abs(c) * g[o[WIDEST] + i]
-        way += c * g[o[WAYS] + i]
-        both += abs(c * g[o[WAYS] + i])
-        if j < TERMS:
-            added = 0.0 if i == 0 else g[o[MOVED] + i - 1] if i <= C else constant
-            g[shares + C + 2 + i] = back * c + added
-    g[o[SIZES] + 2 * j] = total
-    return 0.0 if abs(way) <= WAY_BACK * both else way
-
-
-@kernel
-def contact_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> None:
-    """Fill the wave of the next term in contact: what comes back of ``W`` and ``zeta``, and what the force adds."""
+def next_term(f: Array, q: Counts, g: Array, o: Counts, place: tuple[int, int]) -> None:
+    """Fill the wave of the next term: what comes back of ``W`` and ``zeta``, and what the force adds."""
     (row, C), P, size, n = place, q[M.COUNT], q[M.DEGREE] + 1, int(g[WAVE_DEGREE])
     law, last = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], int(g[ZETA_DEGREE])
     back, echoed = f[M.ECHO] * (2.0 * f[M.SHARE] - 1.0) - 1.0, -2.0 * f[M.ECHO] * f[law + M.RATE]
@@ -399,14 +339,13 @@ def at_trip(g: Array, terms: int, width: int, n: float, out: int) -> None:
 
 
 @kernel
-def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, int, Array]) -> None:
+def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, Array]) -> None:
     """Fill the terms of a block from the first of them."""
-    b, r, C, force = turns
+    b, C, force = turns
     law, size, turn = q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT], q[M.COUNT] * (int(g[WAVE_DEGREE]) + 1), int(force[TURN])
     loading, rate = f[M.AREA] / f[M.MOBILITY] if f[law + M.TOUCHING] > 0.0 else 0.0, f[law + M.RATE]
     for j in range(TERMS + 1):
-        row, way = (TERMS + 1) * b + j, 0.0
-        loaded = o[LOADED] + C * j
+        row, loaded = (TERMS + 1) * b + j, o[LOADED] + C * j
         for c in range(C):
             gained = 0.0
             for i in range(C):
@@ -414,18 +353,14 @@ def terms_made(f: Array, q: Counts, g: Array, o: Counts, turns: tuple[int, int, 
             g[o[MOVED] + c] = g[loaded + c] + gained
             if j < TERMS:
                 g[loaded + C + c] = gained
-        if rate == 0.0:
-            way = flight_term(f, q, g, o, (row, r, C))
-        else:
-            g[o[SIZES] + 2 * j] = 0.0
-            for k in range(size):
-                g[o[SIZES] + 2 * j] += abs(g[o[WAVES] + size * row + k])
+        g[o[SIZES] + 2 * j] = 0.0
+        for k in range(size):
+            g[o[SIZES] + 2 * j] += abs(g[o[WAVES] + size * row + k])
         g[o[SIZES] + 2 * j + 1] = abs(g[o[BEGINS] + 2 * row])
-        moved, area = solved_trip(f, q, g, o, row)
+        way, area = solved_trip(f, q, g, o, row)
         if j < TERMS:
             gained = loading * rate * area
             if j == 0:
                 gained += 2.0 * loading * f[law + M.STRESS] * f[M.TRANSIT]
-            g[o[BEGINS] + 2 * row + 2], g[o[BEGINS] + 2 * row + 3] = way if rate == 0.0 else moved, gained
-            if rate != 0.0:
-                contact_term(f, q, g, o, (row, C))
+            g[o[BEGINS] + 2 * row + 2], g[o[BEGINS] + 2 * row + 3] = way, gained
+            next_term(f, q, g, o, (row, C))

@@ -180,6 +180,8 @@ def panel(f: Array, q: Counts, loads: Load, place: tuple[float, float, float, in
     for k in range(width):
         load[at + k] = 0.0
     load[at], load[at + 1], load[at + 2], loads[1][2 + count] = low, high, size, degree
+    if size > 0.0:
+        load[at + 3] = max(abs(f[M.EXTRA + n]), abs(f[M.EXTRA + n - 1])) + _NOISE * size
     for j in range(degree + 1 if size > 0.0 else 0):
         load[at + M.PANEL + j] = f[M.EXTRA + j]
         for k in range(j + 1):

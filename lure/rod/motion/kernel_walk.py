@@ -15,7 +15,6 @@ from lure.rod.motion import kernel_series as M
 from lure.rod.motion.kernel_free import (
     at_trip,
     eliminated,
-    flight_begun,
     force_columns,
     series_length,
     terms_made,
@@ -231,20 +230,15 @@ def returned(f: Array, q: Counts, g: Array, o: Counts) -> float:
 
 
 @kernel
-def waves_begun(f: Array, q: Counts, g: Array, o: Counts, C: int) -> int:
-    """Fill the first state of the waves under the force; what :func:`flight_begun` says of one without contact."""
-    P, size, rate = q[M.COUNT], q[M.DEGREE] + 1, f[q[M.LAW] + M.SEGMENT_SIZE * q[M.SEGMENT] + M.RATE]
-    if rate == 0.0:
-        return flight_begun(f, q, g, o, C)
-    eliminated(g, o, P, size, rate)
-    n = int(g[F.WAVE_DEGREE])
+def waves_begun(q: Counts, g: Array, o: Counts, C: int) -> None:
+    """Fill the first state of the waves under the force."""
+    P, size, n = q[M.COUNT], q[M.DEGREE] + 1, int(g[F.WAVE_DEGREE])
     for p in range(P):
         for k in range(n + 1):
             c = g[o[F.BACK] + size * p + k]
             for i in range(C):
                 c += g[o[F.LOADS] + size * (P * i + p) + k] * g[o[F.LOADED] + i]
             g[o[F.WAVES] + (n + 1) * p + k] = c
-    return 0
 
 
 @kernel
@@ -264,17 +258,13 @@ def levels_after(
 
 
 @kernel
-def block_begun(g: Array, o: Counts, rate: float, C: int, place: tuple[int, int, int]) -> None:
-    """Fill the first state of the next block: of the waves, the force, and in flight the shares."""
+def block_begun(g: Array, o: Counts, C: int, place: tuple[int, int, int]) -> None:
+    """Fill the first state of the next block: of the waves and the force."""
     waves, many, clear = place
     at_trip(g, waves, many, float(clear), waves + many * (F.TERMS + 1))
     at_trip(g, o[F.LOADED], C, float(clear), o[F.MOVED])
     for c in range(C):
         g[o[F.LOADED] + c] = g[o[F.MOVED] + c]
-    if rate == 0.0:
-        at_trip(g, o[F.SHARES], C + 2, float(clear), o[F.WAYS] + C + 3)
-        for c in range(C + 2):
-            g[o[F.SHARES] + c] = g[o[F.WAYS] + C + 3 + c]
 
 
 @kernel
@@ -347,14 +337,16 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
     g[F.WAVE_DEGREE], g[F.ZETA_DEGREE] = n, last
     for c in range(C):
         g[o[F.LOADED] + c] = force[int(force[F.AT_FIRST]) + c]
-    r = waves_begun(f, q, g, o, C)
+    if rate != 0.0:
+        eliminated(g, o, P, size, rate)
+    waves_begun(q, g, o, C)
     value, rest, impulse = f[M.VALUE], f[M.REST], f[M.IMPULSE] if q[M.OPEN] else 0.0
     total, b, missed, largest, reach, square, residual, closed = 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, False
     while total < most and not closed and b < F.BLOCKS:
         begins = o[F.BEGINS] + 2 * rows * b
         g[o[F.LEVELS] + 2 * b], g[o[F.LEVELS] + 2 * b + 1] = value, rest
         g[begins], g[begins + 1] = value + rest, impulse
-        terms_made(f, q, g, o, (b, r, C, force))
+        terms_made(f, q, g, o, (b, C, force))
         count = min(series_length(f, q, g, o), most - total)
         if count == 0:
             if b == 0:
@@ -383,7 +375,7 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
         value, rest, impulse = levels_after(g, begins, float(clear), (value, rest), g[begins + 1])
         b += 1
         if b < F.BLOCKS:
-            block_begun(g, o, rate, C, (waves, many, clear))
+            block_begun(g, o, C, (waves, many, clear))
     if total < F.LEAST:
         return 0
     balanced(f, q, (value, rest), (square, total * residual * (abs(f[law + M.STRESS]) + rate * reach)))
