@@ -54,14 +54,7 @@ def criterion_drafts(
 ) -> Iterator[tuple[Upper, dict[str, Any]]]:
     """Popov's or the circle criterion for the class of an answer; of the latter for the largest class there is, too.
 
-    Parameters
-    ----------
-    block : UpwindScheme or RodPlant
-        The scheme, or the rod itself.
-    answer : CriterionResult
-        PROVED, of one of the two.
-    upper : Fraction, "finite", "inf" or None
-        Upper end of the class; None for that of the answer.
+    ``answer``: PROVED, of one of the two; ``upper``: upper end of the class, None for that of the answer.
     """
     popov, own = bool(answer.theta), answer.nonlinearity_class.sector.upper
     whole: Upper = Fraction(own) if own != math.inf else "inf" if popov else "finite"
@@ -127,16 +120,7 @@ def draft_of(
 ) -> dict[str, Any]:
     """The draft of a certificate that rests on the structure of a rod, of rods or of a scheme.
 
-    Parameters
-    ----------
-    block : UpwindScheme, RodPlant or RodFamily
-        What it is about.
-    theorem : str
-        Its theorem.
-    multiplier : dict
-        The numbers of the theorem.
-    nonlinearities : dict
-        The class, as certificates have it.
+    ``multiplier``: the numbers of the theorem; ``nonlinearities``: the class, as certificates have it.
     """
     return {
         "verdict": "PROVED",

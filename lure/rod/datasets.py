@@ -113,18 +113,8 @@ def scenario_attributes(scenario: Scenario) -> dict[str, str]:
 def motion_attributes(title: str, *, subject: str, about: str, evidence: str, method: str) -> dict[str, str]:
     """What moved, how that is known, and what it does not show, for ``attrs``.
 
-    Parameters
-    ----------
-    title : str
-        Of the Dataset.
-    subject : str
-        ``rod``, ``scheme``, ``Galerkin space`` or ``cellular network``.
-    about : str
-        The object in words.
-    evidence : str
-        ``observed`` or ``computed``.
-    method : str
-        How the motion was computed.
+    ``title``: of the Dataset; ``subject``: ``rod``, ``scheme``, ``Galerkin space`` or ``cellular network``; ``about``:
+    the object in words; ``evidence``: ``observed`` or ``computed``; ``method``: how the motion was computed.
     """
     from lure import __version__
 
@@ -163,14 +153,8 @@ def scenario_dict(scenario: Scenario) -> dict[str, str]:
 def loop_response(name: str, t: Reals, z: Reals, stress: Reals, force: ArrayLike | None) -> control.TimeResponseData:
     """A motion as python-control has it: the output ``sigma = z`` and the inputs ``mu = -p(z)`` and ``g`` of the block.
 
-    Parameters
-    ----------
-    name : str
-        What moved.
-    t, z, stress : ndarray
-        (samples,) instants [s], contact coordinate [m], contact stress ``p >= 0`` [Pa].
-    force : array_like or None
-        (samples,) the force ``g`` [N]; None where it is not known.
+    ``name``: what moved; ``t``, ``z``, ``stress``: (samples,) instants [s], contact coordinate [m], contact stress ``p
+    >= 0`` [Pa]; ``force``: (samples,) the force ``g`` [N], None where it is not known.
     """
     inputs = {"mu = -p [Pa]": 0.0 - np.asarray(stress)}  # no minus before a zero
     if force is not None:
@@ -183,14 +167,8 @@ def time_response(
 ) -> control.TimeResponseData:
     """A motion as ``control.TimeResponseData``; labels carry the units.
 
-    Parameters
-    ----------
-    name : str
-        What moved.
-    t : ndarray
-        (samples,) instants.
-    outputs, inputs : Mapping of str to ndarray
-        (samples,) each, by label; no inputs are fine.
+    ``name``: what moved; ``t``: (samples,) instants; ``outputs``, ``inputs``: (samples,) each, by label; no inputs are
+    fine.
     """
     import control
 

@@ -53,15 +53,8 @@ def mean_square(error: Array, t: Array) -> float:
 def with_orders(rows: list[Row], exact: Reference, tolerances: tuple[float, float]) -> tuple[Row, ...]:
     """The rows with the orders against the next coarser of the family that was run.
 
-    Parameters
-    ----------
-    rows : list of Row
-        By size within each family.
-    exact : Reference
-        What they are held against.
-    tolerances : (float, float)
-        Relative tolerance of the time steps of the schemes and of the Galerkin models: errors within a hundred times
-        that of the amplitude say nothing about an order.
+    ``rows``: by size within each family; ``tolerances``: relative ones of the time steps of the schemes and of the
+    Galerkin models: errors within a hundred times that of the amplitude say nothing about an order.
     """
     done: list[Row] = []
     last: dict[str, Row] = {}

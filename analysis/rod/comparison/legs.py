@@ -313,14 +313,7 @@ def cvode_leg(leg: Leg, method: CvodeMethod, *, depth: int = 0) -> Walked:
     cubic through ``z`` and ``z'`` at two such instants changes sign between them, or all but does, the stretch is run
     again with sixteen times as many; what neither shows is missed.
 
-    Parameters
-    ----------
-    leg : Leg
-        The piece.
-    method : {"CVODE", "CVODE-Adams"}
-        The family.
-    depth : int
-        How often the stretch was refined.
+    ``depth``: how often the stretch was refined.
 
     Raises
     ------

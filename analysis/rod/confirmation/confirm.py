@@ -111,16 +111,8 @@ def confirmed_kind(rod: Rod, scenario: Scenario) -> Kind:
 def scheme_side(scheme: UpwindScheme, run: Trajectory, scenario: Scenario, kind: Kind, rod: Side | None) -> Side:
     """The simulation of the scheme, in the terms of the comparison.
 
-    Parameters
-    ----------
-    scheme, run : UpwindScheme, Trajectory
-        What was simulated, and its motion.
-    scenario : Scenario
-        Loads and initial data.
-    kind : {"decay", "undamped", "growth", "load"}
-        What is confirmed.
-    rod : Side or None
-        The motion of the rod, whose end says how long contact may be waited for.
+    ``run``: the motion of the scheme; ``kind``: what is confirmed; ``rod``: the motion of the rod, whose end says how
+    long contact may be waited for.
     """
     side = Side(
         model=f"scheme, N = {scheme.cells}",

@@ -86,14 +86,7 @@ def rest_of_rod(rod: Rod, scenario: Scenario, followed: Followed, largest: float
     step if that takes few round trips, else continued from the last contact (from the start if there was none) by the
     closed form of free flight, a multiplication by ``-a`` per round trip, with which the steps that were taken agree.
 
-    Parameters
-    ----------
-    rod, scenario
-        The rod, ``k > 0``, without loads.
-    followed : Followed
-        Its motion.
-    largest : float
-        Largest ``|z|`` along it [m].
+    ``rod``, ``scenario``: ``k > 0``, without loads; ``largest``: largest ``|z|`` along the motion [m].
     """
     if followed.flight is None and not followed.leans:
         return None
@@ -122,14 +115,7 @@ def rest_of_scheme(scheme: UpwindScheme, scenario: Scenario, run: Trajectory) ->
     Predicted from the first state and the impulses of the simulation; shown by a second solver of the scheme, from
     event to event by its eigenvectors, at a time when the ringing has decayed.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme that was simulated, ``k > 0``.
-    scenario : Scenario
-        Its initial data; no loads.
-    run : Trajectory
-        The simulation.
+    ``scheme``: ``k > 0``; ``scenario``: its initial data, no loads; ``run``: the simulation.
     """
     if not run.rest_is_final or run.zeta is None or run.rest_position is None:
         return f"contact is going on or can still come at t = {float(run.t[-1]):.4g} s"
@@ -161,14 +147,7 @@ def _decay_time(scheme: UpwindScheme) -> float:
 def rod_side(rod: Rod, scenario: Scenario, until: float, kind: Kind) -> Side:
     """Follow the rod and collect what is claimed of it.
 
-    Parameters
-    ----------
-    rod, scenario
-        The rod, its loads and initial data.
-    until : float
-        End of the motion that is shown [s].
-    kind : {"decay", "undamped", "growth", "load"}
-        What is to be confirmed.
+    ``until``: end of the motion that is shown [s]; ``kind``: what is to be confirmed.
 
     Raises
     ------
@@ -296,12 +275,7 @@ def _contacts(windows: tuple[Window, ...]) -> int:
 def contradictions_of_rod(side: Side, kind: Kind) -> tuple[str, ...]:
     """Sentences for the ways in which the motion of the rod contradicts what was shown of it, beyond rounding.
 
-    Parameters
-    ----------
-    side : Side
-        The motion.
-    kind : {"decay", "undamped", "growth", "load"}
-        What was shown.
+    ``kind``: what was shown.
     """
     energy_rule = {"growth": "falls", "undamped": "changes"}.get(kind, "rises")
     found = []

@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from lure.analysis.plots.style import BLUE, GREEN, GREY, PURPLE, Draw, Picture, render
+from lure.analysis.report.html import template
 from lure.analysis.rod.paper.model import TITLES, PaperTable, Variant
 from lure.analysis.rod.paper.runs import FORCED, RELEASE, PaperRuns
 from lure.analysis.rod.paper.settling import PAPER_SETTLING
@@ -23,15 +23,7 @@ from lure.record import described, quantity
 def write_paper(table: PaperTable, runs: PaperRuns, directory: Path) -> None:
     """Write ``paper.html``, ``paper.json`` and ``figures/`` into a directory, made if missing.
 
-    Parameters
-    ----------
-    table : PaperTable
-        The claims.
-    runs : PaperRuns
-        The motions behind the figures.
-    directory : Path
-        Where to write.  Files of these names are replaced; for all or nothing write inside
-        :func:`lure.analysis.output.replaced`.
+    Files of these names are replaced; for all or nothing write inside :func:`lure.analysis.output.replaced`.
     """
     drawn = [(figure, render(figure.draw, name=figure.name)) for figure in paper_figures(runs)]
     folder = directory / "figures"
@@ -47,25 +39,14 @@ def write_paper(table: PaperTable, runs: PaperRuns, directory: Path) -> None:
 def paper_page(table: PaperTable, drawn: list[tuple[PaperFigure, Picture]]) -> str:
     """The reproduction as one page of HTML: offline, without scripts, in the style of the report.
 
-    Parameters
-    ----------
-    table : PaperTable
-        The claims.
-    drawn : list of (PaperFigure, Picture)
-        The figures, in order.
+    ``drawn``: the figures, in order.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    style = resources.files("lure.analysis.report").joinpath("style.css").read_text("utf-8")
-    template = resources.files("lure.analysis.rod.paper").joinpath("paper.html.j2").read_text("utf-8")
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     peaks = [
         (title, [table.peak(figure, variant) for figure in FORCED])
         for variant, title in TITLES.items()
         if any(peak.variant == variant for peak in table.peaks)
     ]
-    return environment.from_string(template).render(
-        style=style,
+    return template("paper.html.j2", __package__).render(
         claims=table.claims,
         survivors=sum(claim.survives for claim in table.claims),
         numbers=FORCED,

@@ -142,18 +142,7 @@ def modal_run(basis: ModalBasis, release: Scenario, force: HarmonicForce, *, for
     Free flight and contact with the linear contact law are two linear systems; each is solved with its eigenvectors and
     its response to ``e^{i omega t}``, and contact and release are located between samples 1 ms apart.
 
-    Parameters
-    ----------
-    basis : ModalBasis
-        The eigenvectors.
-    release : Scenario
-        Initial data; no loads of its own.
-    force : HarmonicForce
-        The force.
-    form : {"corrected", "as-printed"}
-        Form of the scheme.
-    until : float
-        End of the span [s].
+    ``release``: initial data, no loads of its own; ``until``: end of the span [s].
 
     Raises
     ------

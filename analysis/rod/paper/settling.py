@@ -60,14 +60,7 @@ def scheme_settling(rod: Rod, scenario: Scenario, cells: int) -> Settling:
     The ring is f-circulant: with ``gamma_m = (-a)^{1/2N} e^{i pi m/N}`` its eigenvalues are ``s(gamma_m - 1)`` and its
     eigenvectors ``gamma_m^{-j}``, so ``u(t, L) = rest + sum_m w_m e^{lambda_m t}`` at any ``t`` without an integrator.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod, ``0 < k < Z``.
-    scenario : Scenario
-        Initial data; no loads.
-    cells : int
-        ``N``.
+    ``rod``: ``0 < k < Z``; ``scenario``: initial data, no loads; ``cells``: ``N``.
 
     Raises
     ------

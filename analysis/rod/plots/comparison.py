@@ -51,11 +51,6 @@ def plot_both_ends(confirmation: Confirmation, *, ax: Axes | None = None) -> Axe
         The two motions; either may be missing.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     drawn = []
@@ -258,15 +253,7 @@ def plot_comparison_error(found: Comparison, *, ax: Axes | None = None) -> Axes:
 
 
 def comparison_file(found: Comparison, kind: FileKind) -> bytes:
-    """The figure of :func:`plot_comparison` as a file.
-
-    Parameters
-    ----------
-    found : Comparison
-        The comparison.
-    kind : {"svg", "png", "pdf"}
-        Its format.
-    """
+    """The figure of :func:`plot_comparison` as a file."""
     draw = partial(_framed, found)
     if kind != "pdf":
         return render(draw, name="comparison", size=SIZE, suffixes=[f".{kind}"]).file(f".{kind}")

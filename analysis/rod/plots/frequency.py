@@ -44,11 +44,6 @@ def plot_spectrum(scheme: UpwindScheme, *, ax: Axes | None = None) -> Axes:
         The scheme; beyond 200 cells only the slowest frequencies are drawn, and the figure says so.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     axes.axvline(0.0, color=GREY, lw=0.6)
@@ -126,11 +121,6 @@ def plot_rod_popov(scheme: UpwindScheme, result: CriterionResult, *, ax: Axes | 
         What Popov's criterion says of the rod.  Without a multiplier the line is the one that comes closest.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     block = RodPlant(scheme.rod)
     if result.theta is None:
@@ -155,11 +145,6 @@ def plot_rod_nyquist(scheme: UpwindScheme, result: CriterionResult, *, ax: Axes 
         What the circle criterion says of the rod.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = plot_nyquist(RodPlant(scheme.rod), result.sector, worst=result.worst_frequency, ax=ax)
     _, values = curve(scheme, None)

@@ -25,7 +25,7 @@ from lure.analysis.plots.style import (
     room_below,
     scaled_unit,
 )
-from lure.analysis.rod.plots.run import draw_end, envelope, shade
+from lure.analysis.rod.plots.run import colour_top, draw_end, envelope, shade
 from lure.arrays import Reals as Array
 from lure.errors import InputError
 from lure.rod.cellular.motion import CellularMotion
@@ -127,11 +127,6 @@ def plot_rest(trajectory: Trajectory, *, ax: Axes | None = None) -> Axes:
         A simulation.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     t, rest = trajectory.t, trajectory.rest_position
@@ -207,7 +202,7 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
         space.set_zlabel("[m/s]")
         axes.set_title(SURFACES[which], fontsize="medium")
     else:
-        top = _colour_range(np.abs(values))
+        top = colour_top(values)
         mesh = axes.pcolormesh(x, t, values, cmap="RdBu_r", vmin=-top, vmax=top, shading="nearest", rasterized=True)
         clipped = "both" if top < float(np.abs(values).max()) else "neither"
         bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.2, extend=clipped)
@@ -215,12 +210,6 @@ def plot_surface(trajectory: Trajectory, which: Surface, *, ax: Axes | None = No
         finish_axes(bar.ax)
         axes.set_xlim(float(x[0]), float(x[-1]))  # the cells at the ends are halves: the rod ends there
     return finish_axes(axes, "x [m]", "t [s]")
-
-
-def _colour_range(sizes: NDArray[np.float64]) -> float:
-    """The largest size, unless a few frames (a start that dies out at once) are far larger than all others."""
-    largest, usual = float(sizes.max()), float(np.quantile(sizes, 0.97))
-    return usual if 0.0 < 4.0 * usual < largest else largest or 1.0
 
 
 def plot_motion(motion: Motion | GalerkinRun | StructuredMotion | CellularMotion, *, ax: Axes | None = None) -> Axes:
@@ -233,11 +222,6 @@ def plot_motion(motion: Motion | GalerkinRun | StructuredMotion | CellularMotion
         from 13 cells on as a picture; cells in the plane are taken row by row.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
 
     Examples
     --------

@@ -50,11 +50,6 @@ def plot_end_curves(
         A settling time to mark [s].
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     for curve in curves:
@@ -92,11 +87,6 @@ def plot_end_envelope(
         What to draw in front.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     axes.fill_between(t, low, high, color=GREY, alpha=0.4, lw=0, label="the rod: range of its ringing")

@@ -195,11 +195,6 @@ def plot_impulses(response: Response, *, ax: Axes | None = None) -> Axes:
         A long run.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     from matplotlib.ticker import MaxNLocator
 

@@ -47,18 +47,7 @@ def draw_obstacle(
 ) -> bool:
     """Draw it at ``u = gap`` [m] and fit the axis to it and the motion; False if it is only named.
 
-    Parameters
-    ----------
-    axes : Axes
-        Of ``u`` [m].
-    gap : float
-        Where it is [m].
-    span : (float, float)
-        Least and largest displacement [m].
-    corner : str
-        For the remark.
-    **line
-        Of the line, as for ``axhline``.
+    ``span``: least and largest displacement [m]; ``corner``: for the remark; ``line``: of the line, as for ``axhline``.
     """
     low, high = span
     near = gap - high <= _FAR * (high - low)
@@ -74,16 +63,8 @@ def draw_obstacle(
 def shade(axes: Axes, spans: Sequence[tuple[float, float]], label: str, *, height: float = 1.0) -> None:
     """Shade stretches of time in contact.
 
-    Parameters
-    ----------
-    axes : Axes
-        Where time is the horizontal axis.
-    spans : sequence of (float, float)
-        First and last instant of each.
-    label : str
-        For the legend.
-    height : float
-        Up to which share of the axes.
+    ``axes``: time is the horizontal axis; ``spans``: first and last instant of each; ``label``: for the legend;
+    ``height``: up to which share of the axes.
     """
     if spans:
         bars = [(start, end - start) for start, end in spans]
@@ -94,14 +75,7 @@ def shade(axes: Axes, spans: Sequence[tuple[float, float]], label: str, *, heigh
 def draw_end(axes: Axes, t: Array, u: Array, gap: float) -> bool:
     """Draw ``u(t, L)`` and the obstacle; False if that is only named, as for :func:`draw_obstacle`.
 
-    Parameters
-    ----------
-    axes : Axes
-        Where.
-    t, u : ndarray
-        (n,) instants [s] and displacements there [m].
-    gap : float
-        Where the obstacle is [m].
+    ``t``, ``u``: (n,) instants [s] and displacements there [m]; ``gap``: where the obstacle is [m].
     """
     axes.plot(*envelope(t, u), color=BLUE, lw=1.1, label="end u(t, L)")
     axes.set_xlim(float(t[0]), float(t[-1]))
@@ -163,14 +137,7 @@ def plot_space_time(film: Film, which: Which, *, ax: Axes | None = None) -> Axes
 def space_time_page(film: Film, *, title: str, ax: Axes | None = None) -> list[Axes]:
     """Velocity and stress side by side, under a heading that says what moved.
 
-    Parameters
-    ----------
-    film : Film
-        A stretch of a motion.
-    title : str
-        The heading.
-    ax : Axes, optional
-        Whose place the two take; by default a new figure.
+    ``ax``: whose place the two take, by default a new figure.
 
     Returns
     -------
@@ -250,11 +217,6 @@ def plot_run_stress(run: SampledRun, *, ax: Axes | None = None) -> Axes:
         A motion.
     ax : Axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes drawn on.
     """
     axes = axes_or_new(ax)
     axes.plot(*envelope(run.t, run.stress), color=VERMILLION, lw=1.1)
@@ -320,16 +282,7 @@ def plot_run_energy(run: SampledRun, *, ax: Axes | None = None) -> Axes:
 def run_page(run: SampledRun, *, title: str, energies: SampledRun | None = None, ax: Axes | None = None) -> list[Axes]:
     """The four of them above each other, over the same time, under a heading that says what moved.
 
-    Parameters
-    ----------
-    run : SampledRun
-        A motion.
-    title : str
-        The heading.
-    energies : SampledRun, optional
-        The same motion, sampled for its energy.
-    ax : Axes, optional
-        Whose place the four take; by default a new figure.
+    ``energies``: the same motion, sampled for its energy; ``ax``: whose place the four take, by default a new figure.
 
     Returns
     -------
@@ -362,16 +315,7 @@ def run_page(run: SampledRun, *, title: str, energies: SampledRun | None = None,
 def head(figure: Figure, title: str, run: SampledRun, part: str = "") -> None:
     """A heading: the system in at most two lines; what moved, and on which evidence.
 
-    Parameters
-    ----------
-    figure : Figure
-        Where.
-    title : str
-        The first line.
-    run : SampledRun
-        The motion.
-    part : str
-        Which part of it is drawn, in words; empty for all of it.
+    ``title``: the first line; ``part``: which part of the motion is drawn, in words, empty for all of it.
     """
     place, height = figure.text, figure.get_figheight()
     lines = textwrap.wrap(title, int(_LETTERS * figure.get_figwidth()))

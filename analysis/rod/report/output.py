@@ -62,16 +62,8 @@ def page(data: Json, claims: tuple[Claim, ...], figures: tuple[Figure, ...], *, 
     Every number on it that the JSON has too is a ``<data>`` element with the key in the document and the full value;
     what is printed is rounded, margins downwards and multipliers upwards.
 
-    Parameters
-    ----------
-    data : dict
-        From :func:`lure.analysis.rod.report.document.document`.
-    claims : tuple of Claim
-        Rows of the table of claims, in order.
-    figures : tuple of Figure
-        Figures, in order.
-    paper : bool
-        Whether the page is for :func:`lure.analysis.report.pdf.pdf_of`: figures are images then.
+    ``data``: from :func:`lure.analysis.rod.report.document.document`; ``claims``, ``figures``: in order; ``paper``:
+    whether the page is for :func:`lure.analysis.report.pdf.pdf_of`, where figures are images.
     """
     diagram = rod_diagram(data)
     return template("report.html.j2", __package__).render(

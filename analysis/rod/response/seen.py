@@ -158,14 +158,8 @@ class Transients(Record):
 def observed_regime(table: Array, *, tolerance: float, unloaded: bool) -> tuple[Regime, Transients]:
     """Classify a motion from its samples.
 
-    Parameters
-    ----------
-    table : ndarray
-        (R, q) values of ``z``: ``q`` phases of ``R`` periods [m].
-    tolerance : float
-        How closely it must repeat, relative to its range.
-    unloaded : bool
-        Whether all loads are constant: a motion that does not move is then at rest.
+    ``table``: (R, q) values of ``z``, ``q`` phases of ``R`` periods [m]; ``tolerance``: how closely it must repeat,
+    relative to its range; ``unloaded``: whether all loads are constant, a motion that does not move being at rest then.
     """
     size = float(np.ptp(table))
     rounding = _ROUNDING * float(np.abs(table).max())
@@ -323,16 +317,7 @@ def balance(record: Recording, scenario: Scenario, period: float, multiple: int 
 
     .. math:: \int v(t, 0)\,dt = \tfrac{1 - a}{2} \int V(t - T)\,dt + b \int g\,dt.
 
-    Parameters
-    ----------
-    record : Recording
-        The watched motion.
-    scenario : Scenario
-        For its force.
-    period : float
-        Of the force [s].
-    multiple : int or None
-        Periods after which the motion repeats, if it was seen to.
+    ``period``: of the force [s]; ``multiple``: periods after which the motion repeats, if it was seen to.
     """
     rod, boundary = record.rod, record.boundary
     if boundary.clamped or not scenario.body_force.is_zero or record.t[0] < rod.travel_time:
@@ -367,16 +352,7 @@ def _impulse(force: Expression, low: float, high: float) -> float:
 def spectrum(record: Recording, regime: Regime, period: float, samples: int) -> Spectrum:
     """Fourier amplitudes of ``z``.
 
-    Parameters
-    ----------
-    record : Recording
-        The watched motion.
-    regime : Regime
-        Whether it repeats, and after how many periods.
-    period : float
-        Of the force [s].
-    samples : int
-        Samples in a period.
+    ``regime``: whether it repeats, and after how many periods; ``period``: of the force [s]; ``samples``: in a period.
 
     Notes
     -----

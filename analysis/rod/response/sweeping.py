@@ -51,18 +51,9 @@ def cases(
 ) -> tuple[Case, ...]:
     """The members of a family, all of them checked before any is followed.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod; a field that is the parameter is replaced.
-    scenario : Scenario
-        Initial data and body force; its own force is replaced.
-    force : str
-        Formula of ``g``; it may contain the parameter as a symbol beside ``t``.
-    varied : (str, sequence of float)
-        Name of the parameter and its values.
-    period : float or None
-        Of the loads, if the user gives it [s].
+    ``rod``, ``scenario``: a field that is the parameter and the force are replaced; ``force``: formula of ``g``, which
+    may contain the parameter as a symbol beside ``t``; ``varied``: name of the parameter and its values; ``period``: of
+    the loads, if the user gives it [s].
 
     Raises
     ------

@@ -104,17 +104,9 @@ class Film:
 def film(done: Performed, span: tuple[float, float] | None, *, frames: int, displaced: bool = True) -> Film:
     """A stretch of a motion to draw.
 
-    Parameters
-    ----------
-    done : Performed
-        The motion; without an exact one the samples must have fields.
-    span : (float, float) or None
-        First and last instant [s]; by default all if that is at most 15 transits, else 10 transits around the contact
-        of largest impulse, or from the start.
-    frames : int
-        Number of frames; at most so many where there are samples only.
-    displaced : bool
-        Whether the displacement is needed, too.
+    ``done``: without an exact motion its samples must have fields; ``span``: first and last instant [s], by default all
+    if that is at most 15 transits, else 10 transits around the contact of largest impulse, or from the start;
+    ``frames``: at most so many where there are samples only; ``displaced``: whether the displacement is needed, too.
 
     Raises
     ------
@@ -145,14 +137,8 @@ def usual_span(run: SampledRun) -> tuple[float, float]:
 def check_span(span: tuple[float, float], until: float, transit: float | None = None) -> None:
     """Refuse a stretch of time that cannot be drawn.
 
-    Parameters
-    ----------
-    span : (float, float)
-        First and last instant [s].
-    until : float
-        End of the motion [s].
-    transit : float, optional
-        ``T`` [s], if the whole rod is to be drawn.
+    ``span``: first and last instant [s]; ``until``: end of the motion [s]; ``transit``: ``T`` [s], if the whole rod is
+    to be drawn.
 
     Raises
     ------
@@ -206,16 +192,8 @@ def check_drawings(
 ) -> None:
     """Refuse names and stretches of time that cannot be drawn, before anything is computed.
 
-    Parameters
-    ----------
-    targets : Mapping of str to Path
-        Of ``"output"``, ``"plot"``, ``"space-time"``, ``"animation"`` those asked for.
-    request : Request
-        The motion asked for.
-    transit : float
-        ``T`` [s].
-    span : (float, float) or None
-        Stretch of time to draw [s].
+    ``targets``: of ``"output"``, ``"plot"``, ``"space-time"``, ``"animation"`` those asked for; ``transit``: ``T`` [s];
+    ``span``: stretch of time to draw [s].
 
     Raises
     ------
@@ -271,14 +249,7 @@ class Wanted:
 def write_results(done: Performed, wanted: Wanted, *, tell: Callable[..., None] | None = None) -> None:
     """Write what was asked for.
 
-    Parameters
-    ----------
-    done : Performed
-        The motion.
-    wanted : Wanted
-        What, and where.
-    tell : callable, optional
-        Progress, ``tell(stage, done)``.
+    ``tell``: progress, ``tell(stage, done)``.
 
     Raises
     ------
@@ -339,12 +310,7 @@ def drawn_instants(span: tuple[float, float], transit: float) -> Array:
     Too few to follow each swing, they still meet it in every phase: they stand at the multiples of the golden ratio
     modulo 1, which spread evenly, in equal intervals of time.  Evenly spaced ones could all meet it in the same phase.
 
-    Parameters
-    ----------
-    span : (float, float)
-        First and last instant [s].
-    transit : float
-        ``T`` [s].
+    ``span``: first and last instant [s]; ``transit``: ``T`` [s].
 
     Returns
     -------

@@ -82,20 +82,9 @@ def sampled_scheme(  # noqa: PLR0913  (what, from where, until when, by what, an
     :func:`lure.rod.scheme.structured_motion` where that would take minutes: above 1000 cells, and for long runs of many
     cells.  The latter tells the end ``x = L`` only, and no energy.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the run [s].
-    method : {"scheme", "LSODA", "RK45", "DOP853", "Radau", "BDF", "CVODE"}
-        Event to event, or the integrator of :func:`lure.analysis.rod.comparison.integrate`.
-    samples : int
-        Number of instants.
-    places : int
-        0, or ``N + 1`` to keep the fields at the nodes of the scheme; an integrator keeps none.
+    ``until``: end of the run [s]; ``method``: ``"scheme"``, event to event, or the integrator of
+    :func:`lure.analysis.rod.comparison.integrate`; ``samples``: number of instants; ``places``: 0, or ``N + 1`` to keep
+    the fields at the nodes of the scheme, of which an integrator keeps none.
 
     Returns
     -------
@@ -209,22 +198,8 @@ def sampled_galerkin(  # noqa: PLR0913  (what, from where, in which space, and h
 ) -> SampledRun:
     """Motion of ``u_m`` in a Galerkin space, :meth:`lure.rod.galerkin.GalerkinModel.simulate`.
 
-    Parameters
-    ----------
-    rod : Rod
-        The rod.
-    scenario : Scenario
-        Loads and initial data.
-    until : float
-        End of the run [s].
-    space : {"P1", "P2", "cosine"}
-        The elements.
-    order : int
-        ``m``, the dimension of the space.
-    samples : int
-        Number of instants.
-    places : int
-        Number of places along the rod at which the fields are kept; 0 for none.
+    ``until``: end of the run [s]; ``order``: ``m``, the dimension of the space; ``samples``: number of instants;
+    ``places``: number of places along the rod at which the fields are kept, 0 for none.
 
     Returns
     -------

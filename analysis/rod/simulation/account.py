@@ -193,16 +193,7 @@ def _larger(value: float, entries: Array) -> float:
 def summary(account: Account, plan: Plan, again: Array, ended: str | None) -> Trajectory:
     """The trajectory of a finished account.
 
-    Parameters
-    ----------
-    account : Account
-        The run.
-    plan : Plan
-        Its steps.
-    again : ndarray
-        (times,) ``z`` of the second run [m].
-    ended : str or None
-        Why it stopped early.
+    ``again``: (times,) ``z`` of the second run [m]; ``ended``: why it stopped early.
     """
     sampled, framed = np.isin(account.times, account.t), np.isin(account.times, account.t_frames)
     scheme, rod, loads = account.scheme, account.scheme.rod, account.loads

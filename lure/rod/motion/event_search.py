@@ -28,14 +28,8 @@ _SHARES = np.arange(PARTS + 1.0) / PARTS
 def searched(f: Array, q: Counts, force: ExponentialForce, most: int) -> EventFreeInterval | None:
     """The interval that begins with the next round trip, by arrays; None if there is none of 16.
 
-    Parameters
-    ----------
-    f, q : ndarray
-        The motion, which goes on after the interval; as it was if there is none.
-    force : ExponentialForce
-        What acts on it.
-    most : int
-        How many round trips there may be.
+    ``f``, ``q``: the motion, which goes on after the interval; as it was if there is none.  ``most``: how many round
+    trips there may be.
     """
     number, impact, back, (setting, ends) = (
         int(q[M.TRIP]),

@@ -40,16 +40,8 @@ class ExponentialForce:
         In the m-th of them they are taken ``m^k e^{2 rate m}`` times: real part and, for a pair, imaginary part.  None
         if the degree is not enough.
 
-        Parameters
-        ----------
-        number : int
-            The first round trip.
-        edges : ndarray
-            (P+1,) ends of the pieces [transits].
-        degree : int
-            The highest that a series may have.
-        least : float
-            What may be left out of a coefficient.
+        ``number``: the first round trip; ``edges``: (P+1,) ends of the pieces [transits]; ``degree``: the highest that
+        a series may have; ``least``: what may be left out of a coefficient.
         """
         low, high, space = edges[:-1, None], edges[1:, None], basis(degree)
         x = low + 0.5 * (high - low) * (space.inner + 1.0) - 1.0

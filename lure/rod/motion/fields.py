@@ -164,16 +164,7 @@ def squares_over_a_transit(sources: Sources, share: float, trips: Trips, t: Arra
     for the backward wave at ``x`` left the end ``(L - x)/c`` ago and the forward wave will be there in as long.  Both
     are polynomials on pieces, whose squares Gauss quadrature integrates exactly, whatever kinks there are.
 
-    Parameters
-    ----------
-    sources : Sources
-        Loads and initial data.
-    share : float
-        ``1/(1 + k_L/Z)``.
-    trips : Trips
-        The round trips.
-    t : ndarray
-        (n,) instants [transits].
+    ``share``: ``1/(1 + k_L/Z)``.
     """
     if isinstance(trips, Record):
         behind, ahead = over_a_transit(sources, trips, t)
@@ -195,17 +186,9 @@ def square(wave: Array, _at: Array) -> Array:
 def over_a_transit(sources: Sources, record: Record, t: Array, of: Integrand = square) -> tuple[Array, Array]:
     """``int_0^1 of(V(t - s), t - s) ds`` and ``int_0^1 of(W(t + s), t + s) ds``, (n,) each: over all of the rod.
 
-    Parameters
-    ----------
-    sources : Sources
-        Loads and initial data.
-    record : Record
-        Round trips.
-    t : ndarray
-        (n,) instants that they cover [transits].
-    of : callable
-        From values of a wave [m/s] and their instants [transits] to what is integrated: polynomials of at most twice
-        the degree of the wave are integrated exactly.
+    ``record``: round trips that cover the instants ``t`` (n,) [transits]; ``of``: from values of a wave [m/s] and their
+    instants [transits] to what is integrated; polynomials of at most twice the degree of the wave are integrated
+    exactly.
     """
     stop = 2.0 * (record.number + len(record) - 1) + record.stop
     behind = of_record(record, np.maximum(t - 1.0, 0.0), t, of, returned=True)
@@ -250,16 +233,8 @@ def itself(wave: Array, _at: Array) -> Array:
 def of_pieces(pieces: Pieces, low: Array, high: Array, of: Integrand = itself, origin: float = 0.0) -> Array:
     """Integrals (n,) from ``low`` to ``high`` (n,) [transits from the origin].
 
-    Parameters
-    ----------
-    pieces : Pieces
-        What is integrated.
-    low, high : ndarray
-        (n,) ends, inside the pieces.
-    of : callable
-        As for :func:`over_a_transit`.
-    origin : float
-        Where the edges of the pieces count from [transits].
+    ``low``, ``high``: inside the pieces; ``of``: as for :func:`over_a_transit`; ``origin``: where the edges of the
+    pieces count from [transits].
     """
     edges = pieces.edges
     first = np.clip(np.searchsorted(edges, low, side="right") - 1, 0, len(edges) - 2)

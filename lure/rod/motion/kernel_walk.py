@@ -389,16 +389,9 @@ def free_trips(f: Array, q: Counts, found: tuple[Array, Counts], force: Array, m
 def sampled(t: Array, edges: Array, table: Array, numbers: Array, out: Array) -> None:
     """Values of a series on the pieces of round trips of a block, at ascending instants.
 
-    Parameters
-    ----------
-    t, out : ndarray
-        (n,) instants [transits], and where the values go.
-    edges : ndarray
-        (P+1,) ends of the pieces.
-    table : ndarray
-        (J, P, k) terms of the series in the number of the round trip, Chebyshev's.
-    numbers : ndarray
-        The first round trip of the block, how many it has, and how many of them are there.
+    ``t``, ``out``: (n,) instants [transits], and where the values go; ``edges``: (P+1,) ends of the pieces; ``table``:
+    (J, P, k) terms of the series in the number of the round trip, Chebyshev's; ``numbers``: the first round trip of the
+    block, how many it has, and how many of them are there.
     """
     first, count, most = numbers[0], numbers[1], numbers[2]
     J, P, size = table.shape
@@ -432,14 +425,9 @@ def recorded(
 ) -> None:
     """Values of one of the series of a record, at instants.
 
-    Parameters
-    ----------
-    t, out : ndarray
-        (n,) instants [transits], and where the values go.
-    tables, places : tuple of ndarray
-        ``low``, ``high``, ``coef`` and ``first``, ``start``, ``degree`` of :class:`lure.rod.motion.record.Record`.
-    what : ndarray
-        The first round trip, and which series.
+    ``t``, ``out``: (n,) instants [transits], and where the values go; ``tables``, ``places``: ``low``, ``high``,
+    ``coef`` and ``first``, ``start``, ``degree`` of :class:`lure.rod.motion.record.Record`; ``what``: the first round
+    trip, and which series.
     """
     (low, high, coef), (first, start, degree), number, column = tables, places, what[0], what[1]
     for i in range(len(t)):

@@ -199,16 +199,8 @@ def evenly(
 def along_motion(motion: Motion, t: Array, places: int, *, displaced: bool = True) -> Along:
     """Velocity, strain and displacement of an exact motion on a grid of instants and places.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    t : ndarray
-        (samples,) instants [s].
-    places : int
-        Number of places, evenly spaced from 0 to ``L``.
-    displaced : bool
-        Whether to compute the displacement, which costs more than the other two; else it is nan.
+    ``t``: (samples,) instants [s]; ``places``: how many, evenly spaced from 0 to ``L``; ``displaced``: whether to
+    compute the displacement, which costs more than the other two; else it is nan.
 
     Raises
     ------

@@ -200,14 +200,9 @@ def along_path(
 ) -> Array:
     """Integrals (n,) of ``rate(t - s, x - step s)`` over ``0 <= s <= length``: Gauss panels between its breaks.
 
-    Parameters
-    ----------
-    rate : callable
-        From instants and places (any shape) to values.
-    path : tuple
-        End of each path: instant (n,), place (n,), ``step`` (place per unit of time), and ``length`` (n,).
-    breaks : tuple
-        Instants and places between which the rate is smooth.
+    ``rate``: from instants and places (any shape) to values; ``path``: end of each path, instant (n,), place (n,),
+    ``step`` (place per unit of time), and ``length`` (n,); ``breaks``: instants and places between which the rate is
+    smooth.
 
     Raises
     ------

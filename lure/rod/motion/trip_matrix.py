@@ -78,16 +78,7 @@ class TripMatrix:
 def trip_matrix(setting: Setting, back: Array, force: ExponentialForce, number: int) -> tuple[TripMatrix, Array] | None:
     """The matrix of the round trips from one on, and its state; None where these pieces will not do.
 
-    Parameters
-    ----------
-    setting : Setting
-        Pieces, segment and rod.
-    back : ndarray
-        (P, degree+1) the wave that comes back to the round trip.
-    force : ExponentialForce
-        What adds to it.
-    number : int
-        The round trip.
+    ``back``: (P, degree+1) the wave that comes back to the round trip ``number``; ``force``: what adds to it.
     """
     size, flight = np.abs(back), setting.rate == 0.0
     largest = float(np.add.reduce(size, axis=1).max())

@@ -85,16 +85,8 @@ def rounding(gap: Array, mesh: Mesh) -> float:
 def first_root(gap: Array, mesh: Mesh, seen: Scan, floor: float) -> Root | None:
     """First point at which the average rises above ``floor``, traced back to its crossing of zero.
 
-    Parameters
-    ----------
-    gap : ndarray
-        (columns,) sequence, whose average is not above ``floor`` at the first edge.
-    mesh : Mesh
-        Where to look.
-    seen : Scan
-        The average on that mesh.
-    floor : float
-        Rounding error of a value, from :func:`rounding`.
+    ``gap``: (columns,) sequence, whose average is not above ``floor`` at the first edge; ``mesh``: where to look;
+    ``seen``: the average on that mesh; ``floor``: rounding error of a value, from :func:`rounding`.
 
     Returns
     -------

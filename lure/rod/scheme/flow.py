@@ -77,16 +77,7 @@ class Segment:
 def flow(plan: Plan, loads: Loads, state: Array, until: float) -> Iterator[Segment]:
     """Segments of the motion from ``state`` up to ``until``.
 
-    Parameters
-    ----------
-    plan : Plan
-        The scheme and its step lengths.
-    loads : Loads
-        What acts on it.
-    state : ndarray
-        (2N+1,) scaled state at the start.
-    until : float
-        End, in units of ``1/s``.
+    ``state``: (2N+1,) scaled state at the start; ``until``: end, in units of ``1/s``.
 
     Yields
     ------

@@ -217,14 +217,7 @@ def _powers(waves: list[tuple[complex, complex]], count: int) -> Array:
 def force_of(scheme: UpwindScheme, load: Expression, until: float) -> Force | None:
     """The force of a scenario on a scheme up to ``until`` [s]; None if it is zero.
 
-    Parameters
-    ----------
-    scheme : UpwindScheme
-        The scheme; its form scales the force.
-    load : Expression
-        ``g(t)`` [N].
-    until : float
-        Where the motion ends [s].
+    ``scheme``: its form scales the force; ``load``: ``g(t)`` [N].
 
     Raises
     ------

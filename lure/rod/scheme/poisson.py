@@ -182,14 +182,8 @@ def chebyshev_sequences(count: int, length: float, columns: int) -> Array:
     ``sum_n e^{-tau} tau^n/n! gamma_n = T_j(2 tau/length - 1)``: multiplying by ``tau`` turns ``gamma_n`` into
     ``n gamma_{n-1}``, so the three-term recurrence carries over.
 
-    Parameters
-    ----------
-    count : int
-        Number of polynomials.
-    length : float
-        End of the interval, in the unit of the mean.
-    columns : int
-        Number of terms of each sequence.
+    ``count``: number of polynomials; ``length``: in the unit of the mean; ``columns``: number of terms of each
+    sequence.
 
     Returns
     -------

@@ -221,16 +221,7 @@ def shifted(register: ShiftRegister, state: Array, columns: int, inputs: Inputs)
 
     where what leaves the waves, ``F_n`` and ``B_n``, is known ``N`` steps ahead.
 
-    Parameters
-    ----------
-    register : ShiftRegister
-        The shift register.
-    state : ndarray
-        (2N+1, k) states, scaled.
-    columns : int
-        Length of the result.
-    inputs : Inputs
-        What enters meanwhile.
+    ``state``: (2N+1, k) states, scaled; ``columns``: length of the result; ``inputs``: what enters meanwhile.
     """
     N, k, kappa, push = register.cells, state.shape[1], inputs.kappa, inputs.push
     forward, backward = np.empty((N + columns - 1, k)), np.empty((N + columns - 1, k))

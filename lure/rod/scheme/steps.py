@@ -286,14 +286,7 @@ def plan_steps(register: ShiftRegister, *, longest: float, tolerance: float) -> 
     The powers of the shift must not outgrow what their Poisson average cancels: in free flight they do so only if the
     dashpot drives the rod, in contact if the spring is stiffer than about two cells of rod.
 
-    Parameters
-    ----------
-    register : ShiftRegister
-        The scheme.
-    longest : float
-        Longest step wanted.
-    tolerance : float
-        Accuracy of a collocated step, relative to the speeds in the rod.
+    ``longest``: longest step wanted; ``tolerance``: accuracy of a collocated step, relative to the speeds in the rod.
     """
     while longest * (register.growth - 1.0) > 4.0:
         longest /= 4.0
