@@ -8,12 +8,22 @@ from collections.abc import Callable, Iterator
 from dataclasses import field
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from lure.errors import AssumptionError, InputError, Reason
 from lure.record import described, quantity
 from lure.rod.datasets import Contact
-from lure.rod.motion.pieces import NARROWEST, Array, basis, distinct, fitted, products, restricted, tails, values
+from lure.rod.motion.pieces import (
+    NARROWEST,
+    Array,
+    basis,
+    distinct,
+    fitted,
+    products,
+    restricted,
+    supremum,
+    tails,
+    values,
+)
 
 DEGREE, MOST_STEPS = 16, 200_000
 _SAME, _RESOLVED, _NOISE = 4e-14, 4e-15, 2e-15
@@ -341,7 +351,7 @@ class Run:
             self._depth[i] = self.network.compliance[i] * float(p[i].sum())
             start, impulse, peak = self._open[i] or (step.low, 0.0, 0.0)
             impulse += float(self.network.areas[i] * losses[1] * (p[i][::2] @ even))
-            self._open[i] = (start, impulse, max(peak, _largest(p[i])))
+            self._open[i] = (start, impulse, max(peak, supremum(p[i : i + 1])[0]))
 
     def _flip(self, those: list[int], t: float) -> None:
         """These contacts close or open now."""
@@ -369,14 +379,6 @@ class Run:
                     closed=closed,
                 )
             )
-
-
-def _largest(series: Array) -> float:
-    """The largest value on ``[-1, 1]``."""
-    turning = chebyshev.chebroots(chebyshev.chebder(series)) if np.abs(series[1:]).max() > 0 else np.empty(0)
-    real = turning[np.abs(turning.imag) < 1e-7].real
-    x = np.concatenate(([-1.0, 1.0], real[np.abs(real) <= 1.0]))
-    return float(values(series[None], x[None]).max())
 
 
 def _falls(series: Array, noise: float) -> float | None:
