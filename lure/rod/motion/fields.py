@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lure.errors import InputError
 from lure.record import described, quantity
-from lure.rod.motion.pieces import Array, Pieces, basis, distinct, joined, values
+from lure.rod.motion.pieces import Array, Pieces, basis, distinct, fitted, values
 from lure.rod.motion.record import Record, Series, Trips, Windows, record_of
 from lure.rod.motion.sources import Sources
 
@@ -216,13 +216,11 @@ def _incoming(sources: Sources, record: Record, n: int, span: float) -> Pieces:
         i = n - 1 - record.number
         returned = (2.0 * record.share - 1.0) * record.series(i, 0) - 2.0 * record.series(i, 2)
         wave = Pieces(record.edges(i), sources.echo * returned)
-    edges = wave.edges[wave.edges < span]
-    wave = wave.on(np.append(edges, min(span, float(wave.edges[-1]))))
-    added = sources.loads(n, span, 0.0)
-    if added is None:
+    if sources.scenario.free:
         return wave
-    wave, load = joined(wave, added[0])
-    return Pieces(wave.edges, wave.series + load.series)
+    edges = [*wave.edges.tolist(), *(point - 2.0 * n for point in sources.load_breaks())]
+    load, _ = fitted(lambda tau: sources.added(2.0 * n + tau), distinct(edges, 0.0, span), sources.degree, 0.0)
+    return Pieces(load.edges, wave.on(load.edges).series + load.series)
 
 
 def itself(wave: Array, _at: Array) -> Array:

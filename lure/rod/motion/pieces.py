@@ -218,23 +218,6 @@ class Pieces:
         return Pieces(edges, series)
 
 
-def joined(first: Pieces, second: Pieces) -> tuple[Pieces, Pieces]:
-    """Both functions on the edges of both."""
-    edges = union(first.edges, second.edges)
-    return first.on(edges), second.on(edges)
-
-
-def union(first: Array, second: Array) -> Array:
-    """Edges of both, without any of the second that agrees with one of the first to rounding; the span of the first."""
-    inside = second[(second > first[0] + SAME) & (second < first[-1] - SAME)]
-    near = np.abs(first[np.clip(np.searchsorted(first, inside), 1, len(first) - 1)] - inside)
-    near = np.minimum(
-        near,
-        np.abs(first[np.clip(np.searchsorted(first, inside) - 1, 0, len(first) - 1)] - inside),
-    )
-    return np.sort(np.concatenate((first, inside[near > SAME]))) if inside.size else first
-
-
 def distinct(points: list[float], low: float, high: float) -> Array:
     """``low``, ``high`` and the points strictly between, sorted, those that agree to rounding once."""
     kept = [low]

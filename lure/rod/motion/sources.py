@@ -81,14 +81,6 @@ class Sources:
         mild = _mild(self.scenario.displacement.tree) and _mild(self.scenario.velocity.tree)
         return fitted(wave, distinct(edges, 0.0, 2.0), self.degree, 0.0, 0 if mild else LOOKS)
 
-    def loads(self, window: int, span: float, scale: float) -> tuple[Pieces, float] | None:
-        """What the loads add to ``W`` at ``2 window + tau``, ``0 <= tau <= span``; None without loads."""
-        if self.scenario.free:
-            return None
-        origin = 2.0 * window
-        edges = distinct([point - origin for point in self.load_breaks()], 0.0, span)
-        return fitted(lambda tau: self.added(origin + tau), edges, self.degree, scale)
-
     def load_breaks(self) -> list[float]:
         """Instants [transits] at which what the loads add to ``W`` may change its formula."""
         points = [1.0, *(point + 1.0 for point in self.breaks)]
