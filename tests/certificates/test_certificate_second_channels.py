@@ -530,7 +530,7 @@ def test_what_a_series_leaves_out_counts():
 
 # Points at rest and samples that come back: x' = -x + u, or x+ = -u, with u = phi(x), sigma = x
 
-LINE = {"points": [], "left": "1", "right": "1"}
+LINE = {"points": [["0", "0"]], "left": "1", "right": "1"}
 
 
 @pytest.mark.parametrize(
