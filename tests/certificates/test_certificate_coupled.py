@@ -366,6 +366,7 @@ def least_value(kind, *, samples, summed, members=None, twice=True, difference=F
 SIDED = ["rising", "odd rising", "falling", "odd falling"]
 
 
+@pytest.mark.slow_for("2-odd rising", "2-odd falling")
 @pytest.mark.parametrize(
     ("samples", "kind"),
     rarely(

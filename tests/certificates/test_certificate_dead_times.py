@@ -255,7 +255,7 @@ def certificate(name):
     return dict(complete_and_check(copy.deepcopy(ALL[name])).certificate)
 
 
-@pytest.mark.slow_for("phases")
+@pytest.mark.slow_for("phases", "lower", "rest")
 @pytest.mark.parametrize("name", ALL)
 def test_both_checkers_accept(name):
     found = certificate(name)

@@ -173,6 +173,7 @@ def assert_honest(found, truth):
     assert recheck(found.certificate).accepted
 
 
+@pytest.mark.slow_for("two digits-taps", "optimal-taps")
 @pytest.mark.parametrize(("fault", "name"), PAIRS, ids=lambda f: f if isinstance(f, str) else type(f).__name__)
 def test_whatever_the_solvers_return_nothing_false_is_certified(monkeypatch, broken, fault, name):
     block, nonlinearity_class, truth, ways = QUESTIONS[name]
@@ -225,6 +226,7 @@ LARGEST = {
 }
 
 
+@pytest.mark.slow_for("two digits-slope")
 @pytest.mark.parametrize(
     ("fault", "name"),
     [

@@ -73,6 +73,7 @@ def relu():
     return max_sector(beside(LEARNING, "3/(10*(z - 1/2))"), [RELU, SLOPE])
 
 
+@pytest.mark.slow_for("ratio1")
 @pytest.mark.parametrize("ratio", [F(1), F(7, 3)])
 def test_loops_beside_each_other_reach_as_far_as_alone(slow, ratio):
     named = {"criterion": "coupled-windows"}

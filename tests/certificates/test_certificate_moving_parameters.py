@@ -141,7 +141,7 @@ def test_parameters_that_move_are_decided_by_hand(found):
     assert recheck(complete_and_check(found).certificate).accepted
 
 
-@pytest.mark.slow_for("found7-edits7")
+@pytest.mark.slow_for("found7-edits7", "found13-edits13")
 @pytest.mark.parametrize(
     ("found", "edits"),
     [

@@ -49,6 +49,7 @@ def test_discrete_circle_and_difference_criteria_are_certified_where_they_end(ex
     assert_sharp(block, jury_lee_largest(block))
 
 
+@pytest.mark.slow_for("3-False-0.3121")
 @pytest.mark.parametrize(
     ("example", "odd", "reach"),
     [

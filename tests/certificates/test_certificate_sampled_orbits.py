@@ -165,6 +165,7 @@ def test_an_equilibrium_refutes_one_nonlinearity_in_two_channels_where_no_gain_d
     assert recheck(certificate).accepted
 
 
+@pytest.mark.slow_for("0.6")
 @pytest.mark.parametrize("limit", [0.5, 0.6])
 def test_an_equilibrium_is_an_answer_of_its_own(limit):
     plant = as_plant([["-2/(s+1)", "-1/(s+1)"], ["9/2/(s+1)", "3/(s+1)"]])

@@ -110,6 +110,7 @@ def test_what_stays_open_has_a_code_and_no_file(lure, tmp_path):
     assert {each["code"] for each in data["searches"]} == {"LURE-I001", "LURE-I002"}  # I002: it has a pole at 0
 
 
+@pytest.mark.slow_for("arguments9-PROVED-zames-falb-polynomial", "arguments10-REFUTED-counterexample-orbit")
 @pytest.mark.parametrize(
     ("arguments", "verdict", "theorem", "method"),
     [
@@ -162,6 +163,7 @@ def test_every_kind_of_certificate_is_written_accepted_and_keeps_the_schema(
     assert out.endswith("the second checker, on python-flint, agrees\n")
 
 
+@pytest.mark.slow_for("arguments0-code0")
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [

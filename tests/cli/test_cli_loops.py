@@ -332,6 +332,7 @@ def test_bad_files_are_one_sentence_and_nothing_is_written(lure, tmp_path, name,
     assert names(tmp_path) == ["plant.toml"]
 
 
+@pytest.mark.slow_for('max-slope-transfer = "1/(s+1)^3"-slope = [0, 1]\\nt')
 @pytest.mark.parametrize(
     ("command", "plant", "said", "words", "largest"),
     [

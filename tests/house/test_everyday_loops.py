@@ -20,7 +20,7 @@ def test_there_are_at_least_three_hundred_loops_and_every_kind_of_nonlinearity()
     assert {kind for kind in kinds for name in LOOPS if name.endswith(f"-{kind}")} == set(kinds)
 
 
-@pytest.mark.slow_for("hydraulic-varying", "lag-cubic")
+@pytest.mark.slow_for("hydraulic-varying", "lag-cubic", "sampled-unstable-formula")
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize("name", SAMPLE)
 def test_commands_checkers_and_simulation_agree(name, tmp_path):

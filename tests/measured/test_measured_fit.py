@@ -161,6 +161,7 @@ def test_a_load_that_grows_exponentially_is_refused_in_a_sentence():
         fit_compliance(Measurements.from_arrays(z, 1e-9 * np.exp(z / 1e-8)))
 
 
+@pytest.mark.slow_for("0")
 @pytest.mark.parametrize("seed", rarely(range(6), 2, 3, 4, 5))
 def test_nanometres_and_nanonewtons_overflow_nowhere(seed):
     random = np.random.default_rng(seed)

@@ -266,6 +266,7 @@ def covered(axes):
     return count
 
 
+@pytest.mark.slow_for("third-order", "kalman-fitts")
 @pytest.mark.parametrize(
     "name",
     rarely(

@@ -90,6 +90,7 @@ def proofs():
     return {"odd": (DT6, odd), "popov": (THIRD, popov)}
 
 
+@pytest.mark.slow_for("odd-asked0-PROVED")
 @pytest.mark.parametrize(
     ("which", "asked", "verdict"),
     [

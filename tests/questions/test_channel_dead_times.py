@@ -234,6 +234,7 @@ def test_channels_of_a_larger_plant():
     assert np.allclose(plant.to_control(pade=6)(0.5j), plant.transfer(0.5j), atol=1e-6)
 
 
+@pytest.mark.slow_for("plant2-classes2")
 @pytest.mark.parametrize(
     ("plant", "classes"),
     [

@@ -97,6 +97,7 @@ def test_channels_that_do_not_interact_have_the_least_of_their_answers(discrete,
 
 # Two channels with mu_1/2 + mu_2/2 = mu and the same sigma: with phi in both it is the loop of phi, and the mean of
 # phi_1 and phi_2 is of their class.
+@pytest.mark.slow_for("False")
 @TIMES
 @FEW
 @given(seed=SEEDS, kind=ANY)

@@ -44,6 +44,7 @@ def three(a):
     return plant, [NonlinearityClass(sector=Sector(0, a), time_varying=True)] * 3, performance
 
 
+@pytest.mark.slow_for("plant2-classes2-performance2-2")
 @pytest.mark.parametrize(
     ("plant", "classes", "performance", "truth"),
     [
@@ -526,6 +527,7 @@ def test_a_loop_on_the_edge_of_stability_is_no_failure_of_the_search():
     assert found.gain.low <= found.gain.high
 
 
+@pytest.mark.slow_for("exp(-s)/(s + 2)")
 @pytest.mark.parametrize("plant", [([1], [1, 2]), "exp(-s)/(s + 2)"])
 def test_of_a_plant_alone_it_is_the_gain_from_its_input_to_its_output(plant):
     # sigma = H (w - phi), |H| <= H(0) = 1/2, |phi| <= |sigma|/2: |sigma| <= (|w| + |sigma|/2)/2, so 2/3; phi = -sigma/2

@@ -97,6 +97,7 @@ def test_a_plant_whose_poles_are_not_counted_is_not_refuted_by_a_gain_above_0():
     assert found.refuted_at == pytest.approx(1e-6)
 
 
+@pytest.mark.slow_for("-1/2 - 2/3/(s + 3 - exp(-s))")
 @pytest.mark.parametrize("text", ["-1/2 - exp(-s)/(s + 3)", "-1/2 - 2/3/(s + 3 - exp(-s))"])
 def test_a_direct_term_without_dead_time_needs_slopes(text):
     # H(0) = -1/2 - 1/3, and Re H is least there: the gain 6/5 puts a root at 0

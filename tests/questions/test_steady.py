@@ -49,6 +49,7 @@ def test_a_loop_that_stays_on_its_line_has_the_closed_form_to_all_digits(omega):
 
 
 # sigma = H(0) (w - phi(sigma)), H(0) = 1: w = 2 + phi(2) leads to 2
+@pytest.mark.slow_for("phi1-2.964027580075817")
 @pytest.mark.parametrize(("phi", "w"), [(Saturation(), 3), (Tanh(), 2 + math.tanh(2))])
 def test_a_constant_input_has_its_equilibrium(phi, w):
     found = steady_response(RESONANT, phi, {"constant": w}).response[0]

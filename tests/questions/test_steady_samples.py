@@ -18,6 +18,7 @@ from lure.plants.multivariable import MultivariablePlant
 
 
 # x+ = x/2 - sat(x) + w: while |x| <= 1 it is x+ = -x/2 + w, of amplitude a/|e^(i theta) + 1/2| <= 2 a, here 2/3
+@pytest.mark.slow_for("dt0")
 @pytest.mark.parametrize("dt", [Fraction(1), Fraction(1, 10)])
 def test_a_loop_that_stays_on_a_line_has_the_amplitude_of_the_linear_loop(dt):
     plant = MultivariablePlant(((Fraction(1, 2),),), ((Fraction(1),),), ((Fraction(1),),), ((Fraction(0),),), dt)

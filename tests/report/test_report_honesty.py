@@ -63,6 +63,7 @@ def test_only_what_was_compared_is_said_to_agree(tmp_path, monkeypatch, settings
     assert simulation["agrees"] is (True if compared else None)
 
 
+@pytest.mark.slow_for("1-")
 @pytest.mark.usefixtures("sketched")
 @pytest.mark.parametrize(("coefficient", "but"), [('"a"', "but for the parameters "), ("1", "")])
 def test_which_numbers_are_taken_as_exact(tmp_path, coefficient, but):

@@ -86,6 +86,7 @@ def test_the_residue_is_that_of_the_dashpots_for_every_number_of_cells(name, res
     assert np.allclose(low, np.array(residue, dtype=float), atol=1e-4)
 
 
+@pytest.mark.slow_for("both ends")
 @pytest.mark.parametrize("name", rarely([name for name in CASES if CASES[name].contacts > 1], "an obstacle that moves"))
 def test_the_scheme_is_proved_for_steep_pressures(name):
     found = max_sector(CASES[name].scheme(1), [Sector(0, 1)] * CASES[name].contacts)

@@ -279,6 +279,7 @@ def test_no_sign_can_be_turned_in_the_scheme_without_breaking_the_energy_identit
                     assert energy_identity(altered(scheme, part, row, column)).residual != 0, (part, row, column)
 
 
+@pytest.mark.slow_for("popov_lyapunov")
 @pytest.mark.parametrize("balance", [energy_identity, conserved_mean, popov_lyapunov])
 def test_a_contact_law_of_the_wrong_strength_breaks_each_balance(balance):
     scheme = upwind_matrices(2)

@@ -219,7 +219,7 @@ def test_contact_at_the_end_of_the_run_is_cut_there():
 # ---- balances
 
 
-@pytest.mark.slow_for("Radau-cosine-6")
+@pytest.mark.slow_for("Radau-cosine-6", "DOP853-P2-7")
 @pytest.mark.parametrize(
     ("method", "space", "order"),
     rarely(

@@ -215,6 +215,7 @@ def test_what_cannot_be_done_is_refused_in_one_sentence(arguments, refusal):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow_for("0.2-0.2", "0.2-1.1")
 @pytest.mark.parametrize("exponent", rarely(["0.2", "0.3", "0.9", "1.1", "10", "50", "500"], "0.3", "0.9"))
 @pytest.mark.parametrize("eps", ["0.2", "1e20", "1e300"])
 def test_any_power_at_any_compliance_that_doubles_resolve(exponent, eps):

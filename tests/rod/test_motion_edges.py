@@ -43,6 +43,7 @@ def test_no_wave_is_refused_for_going_to_and_fro_at_one_instant(monkeypatch, com
             assert motion.crossings < 30
 
 
+@pytest.mark.slow_for("plain")
 @pytest.mark.parametrize("compiled", EITHER_WAY)
 def test_kinks_that_formulas_hide_do_not_look_like_chattering(compiled):
     scenario = Scenario.parse(

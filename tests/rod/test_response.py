@@ -66,6 +66,7 @@ def bounce(mean, omega):
     return release, brentq(travel, 2 * math.pi - math.asin(mean), release + 2 * math.pi, xtol=1e-14), travel
 
 
+@pytest.mark.slow_for("0.8-0.2")
 @pytest.mark.parametrize(("mean", "omega"), [(0.3, 0.7), (0.05, 2.0), (0.8, 0.2)])
 def test_a_matched_rod_bounces_on_a_rigid_obstacle_as_the_closed_form_says(mean, omega):
     rod = unit_rod(damping=1.0, gap=0)

@@ -105,6 +105,7 @@ def test_the_motion_does_not_depend_on_the_units(length, time, mass):
     assert other.lyapunov_theta / time == pytest.approx(run.lyapunov_theta, rel=1e-11)
 
 
+@pytest.mark.slow_for("1.5")
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_the_motion_does_not_depend_on_the_steps(exponent):
     scheme = upwind(rod(exponent=exponent), 5)

@@ -183,6 +183,7 @@ def test_a_constant_force_ends_in_a_drift(N):
 
 
 # the force reaches the end through N cells, z ~ tau^(N+1) at first: contact begins where that leaves rounding behind
+@pytest.mark.slow_for("90-0.0")
 @pytest.mark.parametrize("k", [0.0, 1.2])
 @pytest.mark.parametrize("N", [20, 90])
 def test_a_rod_that_lies_against_its_obstacle_is_pushed(k, N):
@@ -208,6 +209,7 @@ def test_figure_8_with_the_corrected_force():
     assert end == 2.0
 
 
+@pytest.mark.slow_for("scenario2-beyond the range of ")
 @pytest.mark.parametrize(
     ("scenario", "message"),
     [

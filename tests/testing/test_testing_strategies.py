@@ -94,7 +94,7 @@ def test_knots_are_of_the_scale_asked_for(data, bounds, scale):
     assert all(scale / 10 <= abs(x) <= 40 * scale for x in nonlinearity.breakpoints if x != 0)
 
 
-@pytest.mark.slow_for("<lambda>2")
+@pytest.mark.slow_for("<lambda>2", "<lambda>1")
 @pytest.mark.parametrize(
     "reached",
     [

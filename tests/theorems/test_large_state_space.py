@@ -58,6 +58,7 @@ def exact(block):
     return rational_block(block.A.tolist(), block.B.tolist(), block.C.tolist(), block.D, dt=block.dt)
 
 
+@pytest.mark.slow_for("dense 20", "modes 20")
 @pytest.mark.parametrize("block", [dense(12, seed=2), dense(20), modes(20)], ids=["dense 12", "dense 20", "modes 20"])
 def test_matrices_and_exact_polynomials_agree(block):
     found, polynomial = max_sector(block), exact(block)
@@ -83,6 +84,7 @@ def test_the_end_of_a_named_criterion_is_enclosed(criterion):
 
 # A symmetric, b = c: H = sum b_i^2/(s + p_i) has a positive real part, falling to 0: every finite k is proved.  For
 # -H the least real part is -H(0) = -b'A^-1 b at omega = 0, where a linear gain puts a root at 0: circle = Hurwitz.
+@pytest.mark.slow_for("30")
 @pytest.mark.parametrize("n", [3, 30])
 def test_a_symmetric_block_is_sharp_from_both_sides(n):
     rng = np.random.default_rng(4)
@@ -120,6 +122,7 @@ def test_a_lower_end_and_a_direct_term_shift_the_loop():
     assert both_accept(shifted)
 
 
+@pytest.mark.slow_for("24")
 @pytest.mark.parametrize("n", [8, 24])
 def test_discrete_time_by_the_inequality_of_stein(n):
     block = dense(n, seed=5, dt=1)

@@ -27,6 +27,7 @@ def limit(odd):
     return multiplier_limit(FITTS, odd=odd, above=PROVED[odd])
 
 
+@pytest.mark.slow_for("True")
 @pytest.mark.parametrize("odd", [False, True])
 def test_the_limit_meets_what_is_proved(odd):
     found = limit(odd)
@@ -73,6 +74,7 @@ def half_angle(found, plant, sign):
     return total
 
 
+@pytest.mark.slow_for("True-1")
 @pytest.mark.parametrize(("odd", "sign"), [(False, 1), (True, 1), (True, -1)])
 @pytest.mark.usefixtures("few")
 def test_an_exact_root_count_says_the_same(odd, sign):

@@ -70,6 +70,7 @@ def test_in_discrete_time_taps_reach_the_linear_gains():
 
 
 # 1/(z^2 - z): Re H = c + 1/2 - 1/(2 c + 2)..; 1 - z + z^2 has |z| = 1 at k = 1.  Tsypkin ends at 2 sqrt(2) - 2
+@pytest.mark.slow_for("circle-0.6666666666666666")
 @pytest.mark.parametrize(
     ("criterion", "end"), [("circle", 2 / 3), ("tsypkin", 2 * math.sqrt(2) - 2), ("jury-lee", 1.0)]
 )

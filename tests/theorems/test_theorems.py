@@ -138,7 +138,7 @@ RANDOM = {
 FEW = settings(max_examples=sampled(4, of=1000))  # for each row
 
 
-@pytest.mark.slow_for("park-continuous")
+@pytest.mark.slow_for("park-continuous", "circle-continuous")
 @pytest.mark.parametrize(("row", "time"), RANDOMLY)
 @FEW
 @given(
@@ -204,6 +204,7 @@ def test_every_criterion_reaches_at_least_as_far_as_the_circle_criterion(row, ti
 
 
 # The upper end is not claimed but shown: a class beyond it is not proved, one just below the lower end is.
+@pytest.mark.slow_for("popov-continuous", "park-continuous")
 @pytest.mark.parametrize(("row", "time"), [case for case in RANDOMLY if not case.values[0].linear])
 @FEW
 @given(data=st.data())

@@ -93,7 +93,7 @@ def certified_taps(example, *, odd):
     return DiscretePlant.of(DISCRETE[example], Fraction(0), "test"), taps, Fraction(answer.parameters["k"])
 
 
-@pytest.mark.slow_for("1-True")
+@pytest.mark.slow_for("1-True", "2-False")
 @pytest.mark.parametrize(("example", "odd"), [(1, True), (2, False), (6, False)])
 def test_a_tampered_multiplier_certifies_nothing(example, odd):
     discrete, taps, k = certified_taps(example, odd=odd)
