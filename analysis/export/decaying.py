@@ -12,8 +12,10 @@ from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import paced, realised
 from lure.analysis.export.falling import FallingTheorem
+from lure.analysis.export.kernelled import slow_kernels_text
 from lure.analysis.export.loops import candidates, of_states, of_transfer
-from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, mix, nonnegative, times, whole, whole_loop
+from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, less, mix, nonnegative, times, whole, whole_loop
+from lure.analysis.export.slowing import slowing_text
 from lure.analysis.export.words import folded, integers, refused, terms, whole_file
 
 MOST = 400
@@ -28,14 +30,22 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
     rate = exact(data["rate"])
+    if data["theorem"] == "zames-falb":
+        return slowing_text(data, claim)
+    if data["theorem"] == "matrix-zames-falb":
+        return slow_kernels_text(data, claim)
     if not data["theorem"].endswith(("circle", "popov")):
         raise refused(f"{data['theorem']} with a rate has no export; the circle criterion has one, and Popov's")
     apart = {key: value for key, value in data.items() if key != "rate"} | {"system": paced(data["system"], rate)}
-    for scaled in candidates(apart):
-        loop = _in_time(scaled, data["system"], rate)
-        found = _decays(loop, rate)
-        if found is not None:
-            return _Decay(data, loop, rate, found).text(claim)
+    for sharp in (False, True):
+        for scaled in candidates(apart):
+            loop = _in_time(scaled, data["system"], rate)
+            theorem = _Decay(data, loop, rate)
+            if sharp and not theorem.sharpened():
+                break
+            found = _decays(loop, rate, sharp=sharp)
+            if found is not None:
+                return theorem.with_forms(found).text(claim)
     raise refused("no quadratic form of few enough digits was found; a slightly slower rate may have one")
 
 
@@ -90,18 +100,37 @@ def _scaled(found: Forms, k: int) -> Forms:
     )  # fmt: skip
 
 
-def _decays(loop: Loop, rate: Fraction) -> _Rate | None:
+def _bounds(found: Forms, loop: Loop, side: int, *, sharp: bool) -> list[tuple[Fraction, list[int], list[int]]]:
+    """A form below the integrals, ``side = 1``, or above them, ``-1``: by the sectors, or by slope bounds.
+
+    With ``psi = phi - l sigma``, whose slopes are from 0 to ``w``, ``int psi`` is between ``psi^2/2w`` and
+    ``psi sigma - psi^2/2w``.
+    """
+    form = list[tuple[Fraction, list[int], list[int]]]()
+    for i, c, *_ in found.integrals:
+        low, high = (Fraction(end) for end in loop.bounds[i])
+        sigma, q = whole(loop.sigma[i])
+        if not sharp:
+            form.append((c * (low if c * side > 0 else high) / 2 / q**2, sigma, sigma))
+            continue
+        psi, r = whole(less(loop.phi[i], low, loop.sigma[i]))
+        square = c / (2 * (high - low) * r**2)
+        form += [(c * low / 2 / q**2, sigma, sigma)] * bool(low)
+        form += [(square, psi, psi)] if c * side > 0 else [(c / (q * r), psi, sigma), (-square, psi, psi)]
+    return form
+
+
+def _decays(loop: Loop, rate: Fraction, *, sharp: bool) -> _Rate | None:
     """The forms of a loop, None if they do not pass the test."""
     p, q, n = rate.numerator, rate.denominator, len(loop.now[0])
     found = whole_loop(loop)
     if found is None or any(t and INF in map(abs, ends) for t, ends in zip(loop.theta, loop.bounds, strict=True)):
         return None
-    above = list[tuple[Fraction, list[int]]]()
-    for (i, c, *_), (_, sigma, _) in zip(found.integrals, found.low, strict=True):
-        end, (_, unit) = Fraction(loop.bounds[i][c > 0]), whole(loop.sigma[i])
-        above.append((c * end / 2 / unit**2, sigma))
-    k = math.lcm(*(c.denominator for c, _ in above))
-    found, high = _scaled(found, k), [(int(k * c), sigma, sigma) for c, sigma in above]
+    below, above = (_bounds(found, loop, side, sharp=sharp) for side in (1, -1))
+    k = math.lcm(*(c.denominator for c, *_ in (*below, *above)))
+    found = _scaled(found, k)
+    low, high = ([(int(k * c), u, v) for c, u, v in form] for form in (below, above))
+    found = replace(found, low=low)
     V, S = bilinear(found.P, found.now, found.now), [(-c, u, v) for c, u, v in found.products]
     if loop.discrete:
         less = [*times(p * p, V), *times(-q * q, bilinear(found.P, found.then, found.then)), *times(p * p, S)]
@@ -137,11 +166,26 @@ def _largest(holds: Callable[[int], bool]) -> int:
 class _Decay(FallingTheorem):
     """The words of one file."""
 
-    def __init__(self, data: Mapping[str, Any], loop: Loop, rate: Fraction, found: _Rate) -> None:
+    def __init__(self, data: Mapping[str, Any], loop: Loop, rate: Fraction) -> None:
         super().__init__(data, loop)
-        self.forms, self.high, self.rate = found.forms, found.high, rate
+        self.rate = rate
+
+    def sharpened(self) -> bool:
+        """Let slope bounds bound the integrals; False where there are none within the bounds, or no integrals."""
+        ends = [
+            low <= family.slope[0] and family.slope[1] <= high
+            for theta, family, (low, high) in zip(self.loop.theta, self.families, self.loop.bounds, strict=True)
+            if theta
+        ]
+        self.sharp = bool(ends) and all(ends) and not self.transfer
+        return self.sharp
+
+    def with_forms(self, found: _Rate) -> _Decay:
+        """The same with what was found."""
+        self.forms, self.high = found.forms, found.high
         self.squares = f"{found.inner} {found.outer}"
         self.factor = f"({found.outer} / {found.inner})"
+        return self
 
     def text(self, claim: str) -> str:
         """The whole file."""
@@ -184,7 +228,7 @@ class _Decay(FallingTheorem):
         moved = f"{share} ^ (2 * k)" if self.discrete else f"exp (- (2 * {share} * (t - s)))"
         held = f"forall {places}, " + "0 < s -> s <= t -> " * (not self.discrete)
         lines.append(f"  {held}norm2 ({at} {first}) <= {self.factor} * {moved} * norm2 ({at} {other}).")
-        lines += ["Proof.", f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}."]
+        lines += ["Proof.", *self.introduced([*names, self.path])]
         entries = "; ".join(self.entry(k) for k in range(f.size))
         lines.append(f"  pose (z := fun t : {self.moment} => [{entries}]).")
         opened = "unfold z, now, state; cbn [square_sum dot norm2 Nat.add]; ring"

@@ -8,6 +8,7 @@ from typing import Any
 
 from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.states import Family, classes
+from lure.analysis.export.laws import Laws
 from lure.analysis.export.loops import candidates
 from lure.analysis.export.quadratic import Forms, Loop, Vector, forms, less, mix, whole
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
@@ -39,10 +40,8 @@ def fallen(data: Mapping[str, Any]) -> FallingTheorem:
     raise refused("no quadratic form of few enough digits was found; a slightly smaller sector may have one")
 
 
-class FallingTheorem:
+class FallingTheorem(Laws):
     """The words of one file."""
-
-    forms: Forms
 
     def __init__(self, data: Mapping[str, Any], loop: Loop) -> None:
         self.data, self.loop = data, loop
@@ -70,14 +69,6 @@ class FallingTheorem:
         ]
         return " + ".join(found) or "0"
 
-    def sigma(self, i: int) -> str:
-        """The argument of a nonlinearity at ``t``."""
-        return f"sigma{self.own[i]} {self.path} t"
-
-    def phi(self, i: int) -> str:
-        """A nonlinearity, at the time ``t`` if it depends on it."""
-        return f"phi{self.own[i]}" if not self.families[i].varying else f"phi{self.own[i]} t"
-
     def value(self, i: int) -> str:
         """What stands for its value."""
         return f"(- den {self.path} t)" if self.transfer else f"(w {i}%nat t)"
@@ -96,22 +87,15 @@ class FallingTheorem:
             found.append(f"Definition sigma{self.own[i]} {binder} :=\n  {self.sum(row)}.")
         return found
 
-    def class_of(self, i: int) -> str:
-        """What is said of a nonlinearity."""
-        low, high = self.loop.bounds[i]
-        if self.loop.each:
-            inner = f"in_sector {number(low)} K"
-        else:
-            inner = f"above {number(low)}" if high == INF else f"in_sector {number(low)} {number(Fraction(high))}"
-        return f"forall t, {inner} ({self.phi(i)})" if self.families[i].varying else f"{inner} {self.phi(i)}"
-
     def hypotheses(self) -> list[tuple[str, str]]:
         """Names and statements."""
         found = [("bound", f"{number(self.loop.bounds[0][0])} < K")] * self.loop.each
-        found += [(f"class{s}", self.class_of(i)) for i, s in enumerate(self.own)]
+        slopes = dict.fromkeys((f"slopes{end}", text) for end, text, _ in self.sloped())
+        rest = {s for *_, s in self.sloped()}
+        found += [*slopes, *((f"class{s}", self.class_of(i)) for i, s in enumerate(self.own) if s not in rest)]
         for i, s in enumerate(self.own):
             if self.loop.theta[i]:
-                found.append((f"integral{s}", f"integral_of Phi{s} phi{s}"))
+                found.append((f"integral{s}", f"integral_of Phi{s} {self.phi(i)}"))
         if not self.transfer:
             found += [
                 (f"graph{s}", self.later(f"w {i}%nat t = {self.phi(i)} ({self.sigma(i)})"))
@@ -156,7 +140,9 @@ class FallingTheorem:
 
     def blocked(self) -> list[str]:
         """The files that a block needs."""
-        return ["cones.v", "blocks.v"] * bool(self.forms.block)
+        if self.one_law:
+            return ["flow.v", "frequencies.v", "cones.v", "orders.v", "slopes.v", "coupled.v"]
+        return ["cones.v", "blocks.v"] * bool(self.forms.block) + ["slopes.v"] * self.sharp
 
     def parts(self) -> list[str]:
         """The plant, the witness and the theorem."""
@@ -188,26 +174,11 @@ class FallingTheorem:
         lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         return "\n".join(one if "\n" in one else folded(one) for one in lines)
 
-    def box(self) -> list[str]:
-        """What the class makes nonnegative of all channels together, and that it is; empty without a block."""
-        f = self.forms
-        if not f.block:
-            return []
-        ends = "; ".join(f"({_gain(low)}, {_gain(high)})" for low, high in self.loop.bounds[: len(self.own)])
-        signs = [f"Definition signs : orthants := {self.orthants()}%Z."] if f.cones else []
-        test = "in_orthants block [] box signs" if f.cones else "at_vertices block [] box"
-        return [
-            f"Definition block : list (list Z) := {integers(f.block)}%Z.",
-            f"Definition pairs : list (list Z) := {integers(f.pairs)}%Z.",
-            "Definition products : list term := bilinear block pairs pairs.",
-            f"Definition box : list (ratio * ratio) := [{ends}]%Z.",
-            *signs,
-            f"Lemma in_box : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.",
-        ]
-
     def binders(self) -> tuple[str, list[str]]:
         """The nonlinearities and their integrals, with their types, and their names alone."""
-        phis = [f"phi{s}" for i, s in enumerate(self.own) if not self.families[i].varying]
+        phis = [self.phi(i) for i in range(len(self.own)) if not self.families[i].varying][
+            : 1 if self.one_law else None
+        ]
         phis += [f"Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i]]
         varying = [f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying]
         found = f" ({' '.join(phis)} : R -> R)" * bool(phis)
@@ -221,8 +192,12 @@ class FallingTheorem:
         ends = [" /\\ ".join(self.conclusions())] * bool(self.conclusions()) + self.resting()
         lines = [f"Theorem stable : forall{binders} ({self.path} : {self.kind}),", *told]
         lines += ["  " + " /\\\n  ".join(ends) + ".", "Proof."]
-        lines.append(f"  intros {' '.join([*names, self.path, *(name for name, _ in self.hypotheses())])}.")
-        return lines
+        return [*lines, *self.introduced([*names, self.path])]
+
+    def introduced(self, names: list[str]) -> list[str]:
+        """The names of all that is given, and the sectors of slope bounds."""
+        lines = [f"  intros {' '.join([*names, *(name for name, _ in self.hypotheses())])}."]
+        return lines + [f"  pose proof (slopes_sector _ _ _ _ slopes{end}) as class{s}." for end, _, s in self.sloped()]
 
     def theorem(self) -> str:
         """The statement and its proof."""
@@ -233,35 +208,10 @@ class FallingTheorem:
         lines += self.ends(len(self.conclusions()))
         return "\n".join([*lines, *self.rested(), "Qed."])
 
-    def orthants(self, *signs: int) -> str:
-        """The parts for the signs of ``sigma_1``, ``sigma_2`` and so on."""
-        if len(signs) < len(self.own):
-            return f"(Both {self.orthants(*signs, 1)} {self.orthants(*signs, -1)})"
-        place = int("0" + "".join(str(int(v != signs[0])) for v in signs[1:]), 2)
-        return "(Cone (Leaf [" + "; ".join(f"({a}, {integers(v)})" for a, *v in self.forms.cones[place]) + "]))"
-
-    def blocks(self) -> list[str]:
-        """That what is said of all channels together is nowhere negative for the class."""
-        at, start = ("t", "intro t") if self.discrete else ("t Ht", "intros t Ht")
-        test = "in_block_by_cones block box signs" if self.forms.cones else "in_block block box"
-        lines = [f"  - {start}; apply ({test} pairs _ in_box)."]
-        lines.append("    unfold pairs, box, at_; cbn [map within_gains].")
-        opened = f"unfold z, {', '.join('sigma' + s for s in self.own)}; cbn [dot]"
-        for i, s in enumerate(self.own):
-            low, high = self.loop.bounds[i][0], Fraction(self.loop.bounds[i][1])
-            held = f"(class{s} t)" if self.families[i].varying else f"class{s}"
-            value = f"(eq_sym (graph{s} {at}))"
-            lines += [
-                f"    destruct (gain_of {number(low)} {number(high)} ({self.phi(i)}) _ _ {held} ltac:(lra) {value})",
-                f"      as [d{s} [D{s} E{s}]].",
-                f"    split; [exists d{s}; split; [lra|]|].",
-                f"    {{ apply (scaled_gain {self.forms.pairs[2 * i + 1][self.order + i]} d{s} _ _ _ _ E{s});",
-                f"      {opened}; field. }}",
-            ]
-        return [*lines, "    exact I. }"]
-
     def products(self) -> list[str]:
         """That the factors of the class have the sign they should have."""
+        if self.one_law:
+            return self.coupled()
         if self.forms.block:
             return self.blocks()
         opened = (
@@ -372,11 +322,23 @@ class FallingTheorem:
         for i, c, *_ in self.forms.integrals:
             low, high = self.loop.bounds[i]
             end = number(low if sign * c > 0 else Fraction(high))
-            parts.append(f"({number(c)} * ({end} / 2 * ({self.sigma(i)} * {self.sigma(i)}))")
+            at = f"({self.sigma(i)} * {self.sigma(i)})"
+            if self.sharp:
+                high, psi = Fraction(high), f"({self.value(i)} - {number(low)} * {self.sigma(i)})"
+                square, more = f"{number(1 / (2 * (high - low)))} * ({psi} * {psi})", ""
+                more = f"{psi} * {self.sigma(i)} - {square}" if sign * c < 0 else square
+                parts.append(f"({number(c)} * ({number(low)} / 2 * {at} + {more})")
+                continue
+            parts.append(f"({number(c)} * ({end} / 2 * {at})")
         sigmas = ", ".join(f"sigma{s}" for s in self.own)
         lines.append(f"    replace (value {name} (z t)) with ({' + '.join(parts)} + 0{')' * len(parts)})")
         lines.append(f"      by (unfold z, {name}, {sigmas}; cbn [value dot]; field).")
         for i, c, *_ in self.forms.integrals:
+            if self.sharp:
+                given = f"slopes{self.own[i] * (not self.one_law)} ltac:(lra) integral{self.own[i]}"
+                value = f"(eq_sym (graph{self.own[i]} t Ht))"
+                lines.append(f"    pose proof (integral_between _ _ _ _ _ _ _ {given} {value}) as B{self.own[i]}.")
+                continue
             lines.append(f"    pose proof {self.integral_bound(i, sign * c)} as B{self.own[i]}.")
         return [*lines, "    lra."]
 
@@ -384,7 +346,9 @@ class FallingTheorem:
         """The bound of an integral by a square."""
         s, name = self.own[i], "primitive_above" if c > 0 else "primitive_below"
         bound = number(self.loop.bounds[i][0] if c > 0 else Fraction(self.loop.bounds[i][1]))
-        return f"({name} Phi{s} phi{s} {bound} integral{s} (fun y => {self.side(i, c)})\n      ({self.sigma(i)}))"
+        return (
+            f"({name} Phi{s} {self.phi(i)} {bound} integral{s} (fun y => {self.side(i, c)})\n      ({self.sigma(i)}))"
+        )
 
     def side(self, i: int, c: Fraction) -> str:
         """The half of the class that bounds an integral."""
@@ -411,7 +375,7 @@ class FallingTheorem:
             )
             steps.append(f"    {{ apply (derivable_pt_lim_scal (fun t => Phi{s} ({self.sigma(i)}))); rewrite <- E{s}.")
             steps.append(
-                f"      apply (chain Phi{s} phi{s} (fun t => {self.sigma(i)}) z now next {integers(row)}%Z\n"
+                f"      apply (chain Phi{s} {self.phi(i)} (fun t => {self.sigma(i)}) z now next {integers(row)}%Z\n"
                 f"        {number(q)} F (proj2 integral{s}));"
             )
             steps.append(f"        [intro; unfold z, now, at_, sigma{s}; cbn [map dot]; field|lra|exact Ht]. }}")
@@ -560,12 +524,6 @@ def passing(loops: Iterator[Loop]) -> Iterator[tuple[Loop, Forms]]:
         written = forms(loop)
         if written is not None:
             yield loop, written
-
-
-def _gain(value: Fraction | float) -> str:
-    """A gain as two whole numbers."""
-    value = Fraction(value)
-    return f"({value.denominator}, {value.numerator})"
 
 
 def _dot(u: Vector, v: Vector) -> Fraction:

@@ -36,7 +36,7 @@ from lure.analysis.numerics.precision import ball, working_precision
 from lure.arrays import in_doubles, np
 
 ROOMS = (16, 24, 32, 40, 48, 64)  # of which powers of 1/2 the room is that is tried
-MOST_SIZE = 64
+MOST_SIZE = 96
 Rows = list[list[int]]
 
 
@@ -48,7 +48,7 @@ def kernels_text(data: Mapping[str, Any], claim: str) -> str:
     refused
         An ``InputError``: it is not covered, or it leaves too little room.
     """
-    return _Kernels(data).text(claim)
+    return Kernels(data).text(claim)
 
 
 class _Lag(NamedTuple):
@@ -70,8 +70,11 @@ class _Lag(NamedTuple):
         return f"cmul (cpow (lag {self.rate} w) {self.order + 1}) {self.signal}"
 
 
-class _Kernels:
+class Kernels:
     """The words of one file; ``z = (x, mu, v)``, ``v`` what the kernels make of ``a = phi - l sigma`` and ``b``."""
+
+    beyond: tuple[str, ...] = ()
+    about = ""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         if data["system"]["kind"] != "multivariable":
@@ -79,10 +82,14 @@ class _Kernels:
         self.H = H = plant(data["system"])
         self.n, self.m = len(H.A), len(H.D)
         asked = channels(data["laws"], self.m)
-        if asked.operators or any(one.memory or one.varying or one.linear or one.rough for one in asked.families):
+        functions = asked.blocks[: -1 if asked.performance else None]
+        self.first = sum(map(len, functions))  # from which on channels lead from z to w
+        families = asked.families[: self.first]
+        if any(one.memory or one.varying or one.linear or one.rough or one.operator for one in families):
             raise refused("a channel is no function of sigma with slope bounds: with kernels no other has an export")
         self.of = [next(k for k, block in enumerate(asked.blocks) if i in block) for i in range(self.m)]
-        self.ends = [asked.families[block[0]].slope for block in asked.blocks]
+        self.ends = [asked.families[block[0]].slope for block in functions]
+        self.ends += [asked.bounds(i) for i in (asked.performance or [])[:1]]
         bounds = [self.ends[k] for k in self.of]
         self.low, self.high = [low for low, _ in bounds], [high for _, high in bounds]
         given = multiplier(data["theorem"], data["multiplier"], self.m)
@@ -90,7 +97,8 @@ class _Kernels:
         places = ((i, j) for i in range(self.m) for j in range(self.m) if i != j and given.gamma[i][j])
         self.kernels = [Kernel(i, j, -given.gamma[i][j], Fraction(1), 0, 1) for i, j in places] + given.kernels
         self.odd = any(k.coefficient < 0 for k in self.kernels)
-        if any(any(row[i:]) or (self.theta[i] and any(row)) for i, row in enumerate(H.D)):
+        seen = [*enumerate(H.D)][: self.first]
+        if any(any(row[i : self.first]) or (self.theta[i] and any(row)) for i, row in seen):
             raise refused(
                 "with kernels sigma_i has to be given by states and the channels before it, beside theta by states"
             )
@@ -233,12 +241,10 @@ class _Kernels:
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        parts = [
-            "\n".join(self.definitions()),
-            *("\n".join(one) for one in (self.identities(), self.poles(), self.axis())),
-        ]
-        libraries = ("forms.v", "flow.v", "frequencies.v", "definite.v", "kernels.v")
-        return whole_file(claim, "matrix-zames-falb, determinant", libraries, [*parts, "\n".join(self.theorem())])
+        shown = (self.definitions(), self.identities(), self.poles(), self.axis(), self.theorem())
+        libraries = ("forms.v", "flow.v", "frequencies.v", "definite.v", "kernels.v", *self.beyond)
+        origin = f"matrix-zames-falb{self.about}, determinant"
+        return whole_file(claim, origin, libraries, ["\n".join(one) for one in shown])
 
     def definitions(self) -> list[str]:
         """The plant, the class and the multiplier, then what proves the inequality."""
@@ -452,36 +458,63 @@ class _Kernels:
                 yield f"    rewrite ?(cpow_none (lag {number(rate)} w) (b {j}%nat))."
             yield step(number(next(factors)), a[0], b[0], a[1], b[1])
 
+    @property
+    def classes(self) -> str:
+        """The class of each nonlinearity."""
+        ends = self.ends[: self.of[self.first - 1] + 1]
+        held = (self.class_of(k, f"(phi {k}%nat)") for k in range(len(ends)))
+        return " -> ".join(held)
+
+    def class_of(self, k: int, name: str) -> str:
+        """The class of one."""
+        return f"of_class {str(self.odd).lower()} {' '.join(map(number, self.ends[k]))} {name}"
+
     def theorem(self) -> list[str]:
         """The statement, and what the theorem relied on asks for."""
         n, m, odd = self.n, self.m, str(self.odd).lower()
-        class_ = [
-            f"of_class {odd} {number(low)} {number(high)} (phi {i}%nat)" for i, (low, high) in enumerate(self.ends)
-        ]
-        held = [f"class{i}" for i in range(len(class_))]
+        held = [f"class{k}" for k in range(len(self.ends))]
         lines = ["Theorem stable : matrix_zames_falb_theorem -> forall (phi : nat -> R -> R) (x w : nat -> R -> R),"]
         lines.append(
-            f"  {' -> '.join(class_)} ->\n  loop_of A B C0 D of phi x w -> forall k, (k < {n})%nat -> tends_to (x k) 0."
+            f"  {self.classes} ->\n  loop_of A B C0 D of phi x w -> forall k, (k < {n})%nat -> tends_to (x k) 0."
         )
         lines += [f"Proof.\n  intros relied phi x w {' '.join(held)} solution."]
         lines.append(f"  apply (relied {n}%nat {m}%nat A B C0 D of ends {odd} gamma theta multiplier_ phi x w);")
         lines.append("    try exact poles; try exact frequencies; try exact solution;")
         lines.append("    try (split; [reflexivity|repeat constructor]); try reflexivity.")
-        signs = dict.fromkeys(k.coefficient for k in self.kernels)
-        signed = "; ".join(f"rewrite ?(Rabs_{'left' if c < 0 else 'right'} {number(c)}) by lra" for c in signs)
-        mass = (
-            f"[unfold multiplier_, mass_if, weight; cbn [fold_right fst snd Nat.eqb nth gamma]; {signed}; split; lra|]"
-        )
+        weighed = "unfold multiplier_, mass_if, weight; cbn [fold_right fst snd Nat.eqb nth gamma]"
         lines += [
-            "  - unfold D, theta; cbn [in_turn skipn]; repeat split; repeat constructor;",
-            "    try (left; lra); right; repeat constructor.",
-            f"  - intros i I; {self.one_of(m, 'i', '[cbn; lra|]')}; lia.",
-            "  - unfold multiplier_; repeat (apply Forall_cons; [cbn; repeat split; try lia; lra|]); apply Forall_nil.",
-            f"  - intros i I; {self.one_of(m, 'i', mass)}; lia.",
-            "  - left; reflexivity." if self.odd else "  - right; unfold multiplier_; repeat constructor; cbn; lra.",
+            *self.in_turn(),
+            *self.bounded(),
+            f"  - intros i I; {self.one_of(m, 'i', f'[{weighed}; {self.signed()}; split; lra|]')}; lia.",
+            self.signs,
             "  - intros i I; " + "; ".join(f"destruct i as [|i]; [exact class{k}|]" for k in self.of) + "; lia.",
         ]
         return [*lines, "Qed."]
+
+    def in_turn(self) -> list[str]:
+        """That each ``sigma`` is given by states and the channels before it."""
+        return [
+            "  - unfold D, theta; cbn [in_turn skipn]; repeat split; repeat constructor;",
+            "    try (left; lra); right; repeat constructor.",
+        ]
+
+    def bounded(self) -> list[str]:
+        """That bounds are in order, and kernels where they may be."""
+        listed = "repeat (apply Forall_cons; [cbn; repeat split; try lia; lra|]); apply Forall_nil"
+        return [
+            f"  - intros i I; {self.one_of(self.first, 'i', '[cbn; lra|]')}; lia.",
+            f"  - unfold multiplier_; {listed}.",
+        ]
+
+    def signed(self, i: int | None = None) -> str:
+        """What the absolute values of the kernels are, of a row or column ``i`` alone."""
+        signs = dict.fromkeys(k.coefficient for k in self.kernels if i is None or i in (k.row, k.column))
+        return "; ".join(f"rewrite ?(Rabs_{'left' if c < 0 else 'right'} {number(c)}) by lra" for c in signs) or "idtac"
+
+    @property
+    def signs(self) -> str:
+        """That they are nonnegative, or the nonlinearities odd."""
+        return "  - left; reflexivity." if self.odd else "  - right; unfold multiplier_; repeat constructor; cbn; lra."
 
 
 def spot(place: int, value: int) -> list[int]:

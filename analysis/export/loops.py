@@ -13,11 +13,12 @@ from flint import arb_mat
 
 from lure.analysis.certificates.arithmetic import INF, Malformed, Rejected, number, numbers
 from lure.analysis.certificates.blocks import coefficients, realised
-from lure.analysis.certificates.channels import Plant, channels, plant, triangle
+from lure.analysis.certificates.channels import Channels, Plant, channels, plant, triangle
 from lure.analysis.certificates.frequencies import shifted
 from lure.analysis.certificates.matrix import Claim, proof_by_matrix, solutions_of, zero_of
 from lure.analysis.certificates.riccati import CLOSE, Inequality, Rounded, stabilising
 from lure.analysis.certificates.states import classes, deflated
+from lure.analysis.certificates.windows import Form, coupled
 from lure.analysis.export.quadratic import Loop, Matrix, Vector, less, mix, rounded
 from lure.analysis.export.words import refused
 from lure.analysis.inequality.zero_modes import ZeroModes, zero_modes
@@ -28,7 +29,7 @@ from lure.errors import AssumptionError
 
 Data = Mapping[str, Any]
 BITS = (16, 32, 64, 128, 256, 512)
-MOST_STATES = 16
+MOST_STATES, MOST_ALIKE = 16, 4  # 120 orders of as many channels and 0, or 384 with signs
 
 
 def of_transfer(system: Data) -> Loop:
@@ -210,21 +211,20 @@ def _several(certificate: Data) -> Iterator[Loop]:
     """The circle criterion, or Popov's, with one multiplier for each channel, or one for all."""
     name, system, data, proof = (certificate[key] for key in ("theorem", "system", "multiplier", "proof"))
     kind, _, popov = name.rpartition("-")
-    if kind == "coupled":
-        alone = [one["channels"] == [i] and one["kind"] == "sector" for i, one in enumerate(data["forms"], 1)]
-        if alone == [True] * len(certificate["laws"]["channels"]):  # no channel beside another
-            kind, data = "diagonal", {**data, "lambda": [one["rows"][0][0] for one in data["forms"]]}
     H = plant(system)
     asked = channels(certificate["laws"], len(H.D))
+    ends, alike = [asked.bounds(i) for i in range(len(H.D))], None
+    if kind == "coupled":
+        kind, data, ends, alike = _coupled(data, asked)
     critical = "semidefinite" in proof and not asked.performance
-    if kind not in ("diagonal", "full-block") or popov not in ("circle", "popov") or critical:
+    if not (alike or kind in ("diagonal", "full-block")) or popov not in ("circle", "popov") or critical:
         raise refused(f"{name} has no export; diagonal and full-block ones with a form that is definite have one")
     others = [block for block in asked.operators if block != asked.performance]
     if others or asked.delayed or any(one.memory or one.rate is not None for one in asked.families):
         raise refused("a channel is no function of sigma in a sector: it is an operator, has memory, a delay or a rate")
     if len(H.A) > MOST_STATES:
         raise refused(f"its plant has {len(H.A)} states, above {MOST_STATES}")
-    m, bounds = len(H.D), [asked.bounds(i) for i in range(len(H.D))]
+    m, bounds = len(H.D), ends
     theta = numbers(data["theta"]) if popov == "popov" else [Fraction(0)] * m
     loop = of_states(H.A, H.B, H.C, H.D, discrete=H.discrete)
     units = [[Fraction(i == j) for j in range(len(H.A))] for i in range(len(H.A))]
@@ -243,7 +243,9 @@ def _several(certificate: Data) -> Iterator[Loop]:
         raise refused("all its states belong to eigenvalues 0, or 1 in discrete time, and nothing tends to 0")
     loop = replace(loop, bounds=bounds, theta=theta, rows=rows)
     loop = replace(loop, weights=[2 * v for v in numbers(data["lambda"])] if "lambda" in data else [])
-    if kind != "diagonal":
+    if alike:
+        loop = replace(loop, block=alike.M, odds="odd" in data["forms"][0]["kind"])
+    elif kind != "diagonal":
         k = m - len(asked.performance or [])
         Pi, places = triangle(data["Pi"], 2 * k), [j for i in range(k) for j in (i, k + i)]
         loop = replace(
@@ -252,6 +254,16 @@ def _several(certificate: Data) -> Iterator[Loop]:
     for P in _matrices(H, loop, proof, modes):
         for own in (*(rounded(P, bits) for bits in BITS), P):
             yield replace(loop, P=own)
+
+
+def _coupled(data: Data, asked: Channels) -> tuple[str, Data, list[tuple[Fraction, Fraction]], Form | None]:
+    """What forms of several channels are: diagonal, or one of all channels; and the bounds that they are about."""
+    forms, bounds = coupled(data["forms"], asked, 1, summed=False)
+    plain = [one["kind"] in ("sector", "monotone", "odd") for one in data["forms"]]
+    if all(plain) and [one.channels for one in forms] == [[i] for i in range(len(bounds))]:
+        return "diagonal", {**data, "lambda": [one["rows"][0][0] for one in data["forms"]]}, bounds, None
+    whole = [one.channels for one in forms] == [[*range(len(bounds))]] and len(bounds) <= MOST_ALIKE
+    return "coupled", data, bounds, forms[0] if whole and data["forms"][0]["kind"] in ("monotone", "odd") else None
 
 
 def _cones(given: Data, bounds: list[tuple[Fraction, Fraction]]) -> list[Matrix]:

@@ -52,6 +52,11 @@ class Loop:
     block: Matrix = quantity(
         "In place of weights: ``Pi``, symmetric, of ``(sigma_1, phi_1, sigma_2, ..)``", default_factory=list
     )
+    odds: bool | None = quantity(
+        "Of channels with one nonlinearity, where ``Pi`` is of ``(phi_1 - l sigma_1, .., u sigma_1 - phi_1, ..)`` and "
+        "nonnegative for all slopes within the bounds: whether for odd ones alone",
+        default=None,
+    )
     cones: list[Matrix] = quantity(
         "Where ``Pi`` is not concave in each gain: entries ``>= 0`` for each choice of the signs of ``sigma_2`` and "
         "so on, that of ``sigma_1`` being 1, of the coordinates ``a, b >= 0`` of ``(sigma_i, phi_i) = +-(a (q, p) + "
@@ -81,6 +86,7 @@ class Forms:
     times: int = quantity("``N``: ``N`` times the fall of ``V`` is above the squares of ``rows``")
     block: list[list[int]] = quantity("``Pi``")
     pairs: list[list[int]] = quantity("The rows that ``Pi`` is about, of which the products are then made")
+    own: int = quantity("What these are multiplied by, where it is one number", default=1)
     cones: list[list[list[int]]] = quantity("Upper triangles by rows of twice the forms with entries ``>= 0``")
     beside: int = quantity("For each upper bound: with so many squares of ``phi - l sigma`` beside it", default=0)
 
@@ -206,7 +212,7 @@ def whole_loop(loop: Loop) -> Forms | None:
     given, factors, halves, pairs, units = [], [], [], [], []
     for i in channels:
         (low, high), phi, sigma = loop.bounds[i], loop.phi[i], loop.sigma[i]
-        if 2 * i < len(loop.block):
+        if 2 * i < len(loop.block) and loop.odds is None:
             own = math.lcm(*(v.denominator for v in (*phi, *sigma)))
             pairs += [whole(sigma, own)[0], whole(phi, own)[0]]
             units += [own, own]
@@ -226,6 +232,14 @@ def whole_loop(loop: Loop) -> Forms | None:
             theta = loop.theta[i]
             bound = (theta * Fraction(least) / q**2, argument, argument)
             halves.append((bound, (2 * theta / (s * unit * r), value, slope), (i, 2 * theta, row, Fraction(unit * r))))
+    if loop.odds is not None:
+        seen = [less(phi, low, sigma) for (low, _), phi, sigma in zip(loop.bounds, loop.phi, loop.sigma, strict=True)]
+        seen += [
+            less([Fraction(high) * v for v in sigma], Fraction(1), phi)
+            for (_, high), phi, sigma in zip(loop.bounds, loop.phi, loop.sigma, strict=True)
+        ]
+        units = [math.lcm(*(v.denominator for row in seen for v in row))] * len(seen)
+        pairs = [whole(row, units[0])[0] for row in seen]
     for weight, first, second in loop.terms:
         (left, a), (right, b) = whole(first), whole(second)
         given.append((weight / (a * b), left, right))
@@ -250,6 +264,7 @@ def whole_loop(loop: Loop) -> Forms | None:
         size=size, P=P, now=now, then=then, rows=[whole(row)[0] for row in loop.rows], unit=unit, factor=K,
         factors=factors,
         products=[*bilinear(block, pairs, pairs), *products], low=below, turn=turn, times=0, block=block, pairs=pairs,
+        own=(units or [1])[0],
         cones=[[[int(2 * v * K) for v in row[i:]] for i, row in enumerate(M)] for M in cones],
         integrals=[(i, c * K, row, r) for *_, (i, c, row, r) in halves],
     )  # fmt: skip

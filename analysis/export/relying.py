@@ -18,7 +18,7 @@ from lure.analysis.certificates.states import Family, classes
 from lure.analysis.export.circle import FINEST, Circle, tree
 from lure.analysis.export.quadratic import bilinear, nonnegative, rounded, semidefinite, whole
 from lure.analysis.export.waves import GRID, Waves
-from lure.analysis.export.words import folded, integers, refused, whole_file
+from lure.analysis.export.words import folded, integers, reals, refused, whole_file
 from lure.analysis.export.words import number as written
 from lure.arrays import in_doubles, np
 
@@ -45,15 +45,16 @@ def relying_text(data: Mapping[str, Any], claim: str) -> str:
     """
     if data["multiplier"].get("window") == []:  # taps alone
         data = {**data, "theorem": "zames-falb", "multiplier": {"taps": data["multiplier"]["taps"]}}
-    return _Relying(data).text(claim)
+    return Relying(data).text(claim)
 
 
-class _Relying:
+class Relying:
     """The words of one file."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         self.name, self.data, self.given = data["theorem"], data, data["multiplier"]
         self.before: list[str] = []
+        self.beyond: list[str] = []
         self.family: Family = classes(data["laws"])
         top, self.den, self.discrete = coefficients(data["system"])
         self.num, self.order = top[0][1], len(self.den) - 1
@@ -78,25 +79,40 @@ class _Relying:
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        lists = [
-            folded(f"Definition {name} : list R := [{'; '.join(map(written, side))}].")
-            for name, side in (("num", self.num), ("den", self.den))
-        ]
+        first = "\n".join([*self.plant(), *self.cones(), *self.witness(), *self.lemmas()])
+        by_circle = self.discrete and self.name in ("zames-falb", "order-cone")
+        libraries = ["forms.v", "flow.v", "frequencies.v", *["pieces.v", "waves.v"] * self.delayed]
+        libraries += ["cones.v", "orders.v", "circle.v"] * by_circle + self.beyond
+        return whole_file(claim, self.origin, libraries, [first, "\n".join(self.theorem())])
+
+    @property
+    def origin(self) -> str:
+        """The theorem and the method of the certificate."""
+        return f"{self.name}, {self.data['proof']['method']}"
+
+    def plant(self) -> list[str]:
+        """The plant."""
+        return [reals("num", self.num), reals("den", self.den)]
+
+    def lemmas(self) -> list[str]:
+        """What is proved: where the poles are, and the inequality."""
         low, high = written(self.low), written(self.high)
         poles = f"in_{'unit_disc' if self.discrete else 'left_half_plane'} (closed num den {low})"
         point = "circle" if self.discrete else "axis"
-        lists += self.cones()
-        lines = [*lists, *self.witness(), f"Lemma poles : {poles}.", *self.poles(), ""]
         shown = self.on_circle if self.discrete and self.name in ("zames-falb", "order-cone") else self.frequencies
         proof = (self.by_intervals if self.delayed else shown)()
-        lines += self.before
-        lines += [f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *proof]
+        lines = [f"Lemma poles : {poles}.", *self.poles(), "", *self.before]
+        return [*lines, f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *proof]
+
+    def theorem(self) -> list[str]:
+        """What follows by the criterion."""
+        low, high = written(self.low), written(self.high)
         kind = "nat -> R" if self.discrete else "nat -> R -> R"
         loop, end = ("steps_of", "Un_cv xi 0") if self.discrete else ("flow_of", "all_tend_to_0 den xi")
         class_ = self.classes()
         theorem = THEOREMS[self.name] + "_in_steps" * (self.name == "zames-falb" and self.discrete)
         theorem += "_for_delays" * self.delayed
-        lines += ["", f"Theorem stable : {theorem} -> forall (phi : R -> R) (xi : {kind}),"]
+        lines = [f"Theorem stable : {theorem} -> forall (phi : R -> R) (xi : {kind}),"]
         lines += [f"  {' -> '.join(class_)} -> {loop} num den phi xi -> {end}.", "Proof."]
         names = [f"class{i}" for i in range(len(class_))]
         lines.append(f"  intros relied phi xi {' '.join(names)} solution.")
@@ -105,12 +121,7 @@ class _Relying:
         known = "try exact poles; try exact frequencies;" + " try exact cones;" * len(more)
         lines += [f"  apply (relied num den {low} {high} {arguments});", f"    {known}"]
         lines += ["    try assumption; unfold proper, num, den, rates, mass; simpl; repeat split; try lra; try lia."]
-        lines += [*self.rest(), "Qed."]
-        first = "\n".join(lines).split("\n\nTheorem", 1)
-        origin = f"{self.name}, {self.data['proof']['method']}"
-        libraries = ["forms.v", "flow.v", "frequencies.v", *["pieces.v", "waves.v"] * self.delayed]
-        libraries += ["cones.v", "orders.v", "circle.v"] * (self.discrete and self.name in ("zames-falb", "order-cone"))
-        return whole_file(claim, origin, libraries, [first[0], "Theorem" + first[1]])
+        return [*lines, *self.rest(), "Qed."]
 
     @property
     def odd(self) -> bool:

@@ -45,7 +45,7 @@ def whole_file(claim: str, origin: str, libraries: Iterable[str], parts: Iterabl
         "coqc, 8.16 or later.",
         WIDTH - 3,
     )
-    library = [room.joinpath(one).read_text("utf-8") for one in libraries]
+    library = [room.joinpath(one).read_text("utf-8") for one in dict.fromkeys(libraries)]
     body = [
         "(* " + "\n   ".join(head) + " *)",
         *library,

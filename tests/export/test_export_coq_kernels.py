@@ -10,8 +10,11 @@ from lure.errors import InputError
 SLOPED = {"sector": ["-1/2", "1"], "slope": ["-1/2", "1"], "odd": True, "time_varying": False, "linear": False}
 
 
-def shown(*, D="0", repeated=True, given=None, sector="1"):
-    """``sigma_1 = x_1``, ``sigma_2 = x_1/4 + x_2 + mu_1/4``: ``He (1 + 3/2 H) > 0`` after the shift, by far."""
+def shown(*, D="0", repeated=True, given=None, sector="1", gain=None, **more):
+    """``sigma_1 = x_1``, ``sigma_2 = x_1/4 + x_2 + mu_1/4``: ``He (1 + 3/2 H) > 0`` after the shift, by far.
+
+    With a ``gain`` ``w`` stands beside ``mu_1`` in ``x_1'``, and ``z = x_2``.
+    """
     system = {"kind": "multivariable", "time": "continuous", "A": [["-1", "0"], ["0", "-2"]]}
     system |= {"B": [["1", "1/4"], ["0", "1"]], "C": [["1", "0"], ["1/4", "1"]], "D": [["0", D], ["1/4", "0"]]}
     kernels = [
@@ -25,8 +28,16 @@ def shown(*, D="0", repeated=True, given=None, sector="1"):
         "kernels": kernels if given is None else given,
     }
     laws = {"channels": [SLOPED | {"sector": ["-1/2", sector]}] * 2, "repeated": repeated}
+    if gain is not None:
+        system |= {"B": [["1", "1/4", "1"], ["0", "1", "0"]], "C": [["1", "0"], ["1/4", "1"], ["0", "1"]]}
+        system["D"] = [["0", D, "0"], ["1/4", "0", "0"], ["0", "0", "0"]]
+        ends = [f"-1/{gain}", f"1/{gain}"]
+        outer = {"sector": ends, "slope": None, "odd": False, "time_varying": True, "linear": False}
+        laws = {"channels": [*laws["channels"], outer | {"operator": "performance"}], "repeated": [2, 1]}
+        gamma = [[*row, "0"] for row in gamma] + [["0", "0", "8"]]
+        multiplier |= {"gamma": gamma, "theta": [*multiplier["theta"], "0"]}
     draft = {"verdict": "PROVED", "system": system, "laws": laws, "theorem": "matrix-zames-falb"}
-    return complete_and_check(draft | {"multiplier": multiplier, "proof": {"method": "determinant"}})
+    return complete_and_check(draft | {"multiplier": multiplier, "proof": {"method": "determinant"}} | more)
 
 
 def test_the_theorem_is_about_the_plant_and_the_nonlinearities():
@@ -67,3 +78,48 @@ def test_kernels_compile_and_falsified_ones_do_not(library):
         (f"[[{entry}]", f"[[-{entry}]"),
     ):
         assert not compiled(library, changed(text, right, wrong))[0]
+
+
+def test_a_rate_and_a_gain_are_about_the_plant_itself():
+    text = coq_text(shown(rate="1/8"))
+    assert "Definition A0 : rows := [[(-1); 0]; [0; (-2)]].\n" in text
+    assert "Lemma moved : plus_on_diagonal (1 / 8) A0 = A.\n" in text
+    assert (
+        """Theorem decays : matrix_zames_falb_theorem_at_rate -> exists c, forall (phi : nat -> R -> R)
+  (x w : nat -> R -> R), of_class true (-1 / 2) 1 (phi 0%nat) ->
+  loop_of A0 B C0 D of phi x w -> decays_in_time c (1 / 8) 2 x.
+"""
+        in text
+    )
+    assert """  (Ez Ew : R -> R) (s : R), of_class true (-1 / 2) 1 (phi 0%nat) ->
+  driven_by 2 A B C0 D of phi x w -> continuity (w 2%nat) ->
+  energy 2 3 (sigma_at C0 D x w) Ez -> energy 2 3 w Ew -> 0 < s -> x 0%nat s = 0 -> x 1%nat s = 0 ->
+  forall t, s <= t -> Ez t - Ez s <= 64 * (Ew t - Ew s).
+""" in coq_text(shown(gain=8))
+
+
+@needs_coq
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("more", "falsified"),
+    [
+        ({"rate": "1/8"}, [("A0 : rows := [[(-1); 0]", "A0 : rows := [[1; 0]"), ("c (1 / 8) 2 x", "c (1 / 4) 2 x")]),
+        ({"rate": "1/8"}, [("list R := [1; 1]", "list R := [5 / 9; 1]"), ("lass true", "lass false")]),  # 9/16 and more
+        (
+            {"gain": 8},
+            [
+                ("<= 64 *", "<= 63 *"),
+                ("driven_by 2", "driven_by 3"),
+                ("list R := [1; 1; 8]", "list R := [1 / 2; 1; 8]"),
+            ],
+        ),
+        ({"gain": 8}, [("(1 / 8))]", "(1 / 7))]"), ("1]; [0; 1]]", "1]; [9; 1]]")]),
+    ],
+)
+def test_rates_and_gains_compile_and_falsified_ones_do_not(library, more, falsified):
+    text = coq_text(shown(**more))
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in falsified:
+        assert not compiled(library, changed(text, right, wrong))[0], wrong

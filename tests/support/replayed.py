@@ -28,7 +28,8 @@ LIBRARIES = (
         "steps",
     ),
     *("stays", "jumps", "paces", "beyond", "driven", "interval", "everywhere"),
-    *("enclosures", "contraction", "returns", "kernels"),
+    *("enclosures", "contraction", "returns", "slopes", "coupled", "slower"),
+    *("kernels", "kernelled"),
 )
 PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
 LOOP = "(* ---- This loop ---- *)"
