@@ -12,7 +12,7 @@ from PIL import Image
 from refusals import refusal
 from runs import thrown, thrown_end
 
-from lure.analysis.rod.plots.animation import animate, exaggeration, frame
+from lure.analysis.rod.plots.animation import Picture, animate, exaggeration
 from lure.analysis.rod.plots.run import (
     envelope,
     plot_run_dashpot,
@@ -78,7 +78,7 @@ def test_the_factor_is_the_largest_round_one_that_keeps_the_rod_in_bounds(size, 
 def test_a_frame_shows_the_rod_where_it_is_and_how_it_is_stressed():
     shown = film(performed(), None, frames=9)
     figure = Figure()
-    frame(shown, 3, figure=figure, title="a title")  # t = 0.75, in contact
+    Picture(shown, figure, "a title").show(3)  # t = 0.75, in contact
     axes, trace = figure.axes[0], figure.axes[1]
     bodies = axes.collections[0]
     factor, origin = exaggeration(shown)
@@ -104,7 +104,7 @@ def test_a_frame_shows_the_rod_where_it_is_and_how_it_is_stressed():
 
 def test_a_frame_in_flight_says_so():
     figure = Figure()
-    frame(film(performed(), None, frames=9), 1, figure=figure, title="")  # t = 1/4
+    Picture(film(performed(), None, frames=9), figure, "").show(1)  # t = 1/4
     assert any("flight" in text.get_text() for text in figure.axes[0].texts)
 
 

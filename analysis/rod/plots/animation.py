@@ -62,7 +62,7 @@ def animate(film: Film, path: Path, *, title: str, tell: Callable[..., None] | N
     with rc_context(), context(["default", settings]):
         figure = Figure(figsize=_SIZE)
         canvas = FigureCanvasAgg(figure)
-        picture = _Picture(film, figure, title)
+        picture = Picture(film, figure, title)
         if not path.suffix:
             digits = len(str(len(film.t) - 1))
             for i in range(len(film.t)):
@@ -102,17 +102,8 @@ def exaggeration(film: Film) -> tuple[float, float]:
     return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= wanted)), origin
 
 
-def frame(film: Film, index: int, *, figure: Figure, title: str) -> None:
-    """One frame of the animation.
-
-    ``film``: a stretch of a motion; ``index``: which frame; ``figure``: an empty figure to draw it on; ``title``: name
-    of the system in a line.
-    """
-    _Picture(film, figure, title).show(index)
-
-
-class _Picture:
-    """The artists of a frame, moved from one to the next."""
+class Picture:
+    """The artists of a frame on an empty figure, moved from one to the next."""
 
     def __init__(self, film: Film, figure: Figure, title: str) -> None:
         self.film = film

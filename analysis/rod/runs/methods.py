@@ -221,10 +221,9 @@ def sampled_galerkin(  # noqa: PLR0913  (what, from where, in which space, and h
     v_0 = np.asarray(run.velocities @ model.space.left)
     return SampledRun(
         subject="Galerkin space",
-        about=f"the Galerkin space {space} of dimension {order}, not the rod",
+        about=run.about,
         evidence=Evidence.OBSERVED,
-        method=f"weak form in {'cosine modes' if space == 'cosine' else f'{space} elements'}, integrated by scipy's "
-        f"{run.method} between contacts and releases, which are located as events",
+        method=run.how,
         rod=rod,
         scenario=scenario,
         t=run.t,
