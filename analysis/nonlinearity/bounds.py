@@ -296,6 +296,8 @@ def slope_extremes(
             return (None, None), ["no slope bounds: continuity where a branch changes could not be decided"]
         found += jumps
     found += _smooth_cuts(known, found)
+    if not found:
+        return (None, None), ["no slope bounds: the time allowed was over before a slope was looked at"]
     return (least(found, covers), largest(found, covers)), []
 
 

@@ -339,3 +339,15 @@ def test_when_the_time_is_over_the_bounds_hold_and_are_said_to_be_the_best_so_fa
     for wrong in (0, -1, math.inf, math.nan, True, "1"):
         with pytest.raises(InputError, match=r"^seconds is .*; give a positive number of seconds"):
             nonlinearity_bounds("sin(sigma)", seconds=wrong)
+
+
+def test_where_no_slope_was_looked_at_in_time_none_is_shown(monkeypatch):
+    # max(sin, sin) is sin: its chords on [-1, 1] are from sin(1) to 1
+    looks = iter(range(10**9))
+    monkeypatch.setattr(search, "time", SimpleNamespace(monotonic=lambda: next(looks)))  # a second for every look
+    monkeypatch.setattr(bounds, "time", SimpleNamespace(monotonic=lambda: 0))
+    found = nonlinearity_bounds("max(sin(x), sin(x))", on=(-1, 1), seconds=1)
+    assert (found.slope_lower, found.slope_upper) == (None, None)
+    assert "no slope bounds: the time allowed was over before a slope was looked at" in found.notes
+    assert found.sector_lower.outer <= math.sin(1)
+    assert found.sector_upper.outer >= 1
