@@ -15,6 +15,7 @@ from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.kernelled import slow_kernels_text
 from lure.analysis.export.loops import candidates, of_states, of_transfer
 from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, less, mix, nonnegative, times, whole, whole_loop
+from lure.analysis.export.relying import THEOREMS
 from lure.analysis.export.slowing import slowing_text
 from lure.analysis.export.words import folded, integers, refused, terms, whole_file
 
@@ -30,7 +31,7 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
     rate = exact(data["rate"])
-    if data["theorem"] == "zames-falb":
+    if THEOREMS.get(data["theorem"]) == "zames_falb_theorem":
         return slowing_text(data, claim)
     if data["theorem"] == "matrix-zames-falb":
         return slow_kernels_text(data, claim)
