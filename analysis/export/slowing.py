@@ -59,9 +59,9 @@ class _Slowing(Relying):
         given = " ".join([*self.parameters, odd, rate])
         sums = masses(self.given, self.discrete, self.rate)
         signs = {f"rewrite ?(Rabs_{'left' if v < 0 else 'right'} {number(v)}) by lra" for v in self.masses}
+        opened = "; ".join(["  - apply Rminus_le; cbn [weigh fold_right tap_at kernel_at pow]", *sorted(signs)])
         weighed = [
-            "  - apply Rminus_le; cbn [weigh fold_right tap_at kernel_at pow]; " + "; ".join(sorted(signs)) + ".\n"
-            f"    match goal with |- ?x <= 0 => replace x with {number(v - 1)} by field end; lra."
+            opened + f".\n    match goal with |- ?x <= 0 => replace x with {number(v - 1)} by field end; lra."
             for v in sums
         ]
         listed = "repeat (apply Forall_cons; [{}|]); apply Forall_nil"

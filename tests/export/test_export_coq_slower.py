@@ -30,6 +30,11 @@ def steps():
     return shown(STEPS, {"taps": [[1, "1/2"], [-2, "1/8"]]}, "3/4")
 
 
+def alone():
+    """Popov's term alone: the form is above 0 as with a kernel of less weight."""
+    return shown(LAG, {"theta": "1", "kernels": []}, "1/8")
+
+
 def test_the_theorem_is_about_the_plant_itself_and_has_one_factor_for_all_solutions():
     text = coq_text(lag())
     assert "Definition denominator : list R := [1; 3; 3; 1].\nDefinition num : list R := [1].\n" in text
@@ -42,6 +47,7 @@ def test_the_theorem_is_about_the_plant_itself_and_has_one_factor_for_all_soluti
     assert """Theorem decays : zames_falb_theorem_at_rate_in_steps -> exists c, forall (phi : R -> R) (xi : nat -> R),
   sloped false 0 1 phi -> steps_of numerator denominator phi xi -> decays_in_steps c (3 / 4) 2 xi.
 """ in coq_text(steps())
+    assert "; ." not in coq_text(alone())  # no word stands for the signs of kernels where there are none
 
 
 @needs_coq
@@ -50,6 +56,7 @@ def test_the_theorem_is_about_the_plant_itself_and_has_one_factor_for_all_soluti
     ("made", "falsified"),
     [
         (lag, [("-1 / 4)", "-5 / 4)"), ("time c (1 / 8)", "time c (1 / 4)"), ("sloped true 0 1", "sloped false 0 1")]),
+        (alone, [("time c (1 / 8)", "time c (1 / 4)"), ("sloped false 0 1", "sloped false 0 2")]),
         (steps, [("steps c (3 / 4)", "steps c (2 / 3)"), ("sloped false 0 1", "sloped false 0 2")]),
     ],
 )
