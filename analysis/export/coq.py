@@ -22,7 +22,7 @@ from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gained import in_states
 from lure.analysis.export.gaining import gaining_text, has_gain
 from lure.analysis.export.jumping import jumping_text
-from lure.analysis.export.kernels import kernels_text
+from lure.analysis.export.kernels import Kernels
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
@@ -80,7 +80,7 @@ def coq_text(shown: Checked) -> str:
     if "rate" in data:
         return decaying_text(data, shown.claim)
     if data["theorem"] == "matrix-zames-falb":
-        return kernels_text(data, shown.claim)
+        return Kernels(data).text(shown.claim)
     if data["proof"]["method"] == "parts":
         return beside_text(data, shown.claim)
     if data["proof"]["method"] == "powers":

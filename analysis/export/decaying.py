@@ -12,7 +12,7 @@ from lure.analysis.certificates.arithmetic import INF
 from lure.analysis.certificates.arithmetic import number as exact
 from lure.analysis.certificates.blocks import paced, realised
 from lure.analysis.export.falling import FallingTheorem
-from lure.analysis.export.kernelled import slow_kernels_text
+from lure.analysis.export.kernelled import KernelRate
 from lure.analysis.export.loops import candidates, of_states, of_transfer
 from lure.analysis.export.quadratic import Forms, Loop, Term, bilinear, less, mix, nonnegative, times, whole, whole_loop
 from lure.analysis.export.relying import THEOREMS
@@ -34,7 +34,7 @@ def decaying_text(data: Mapping[str, Any], claim: str) -> str:
     if THEOREMS.get(data["theorem"]) == "zames_falb_theorem":
         return slowing_text(data, claim)
     if data["theorem"] == "matrix-zames-falb":
-        return slow_kernels_text(data, claim)
+        return KernelRate(data).text(claim)
     if not data["theorem"].endswith(("circle", "popov")):
         raise refused(f"{data['theorem']} with a rate has no export; the circle criterion has one, and Popov's")
     apart = {key: value for key, value in data.items() if key != "rate"} | {"system": paced(data["system"], rate)}

@@ -41,8 +41,19 @@ Proof.
 Qed.
 
 Definition nextr (A : list (list Z)) (c : R) (j : nat) (z : list R) : list R := map (fun r => c * dot r z / INR (S j)) A.
+(* a / b, where powers of 2 in b cost no division. *)
+Fixpoint halved (a : Z) (b : BinNums.positive) : Z :=
+  match b with xH => a | xO c => halved (Z.div2 a) c | xI _ => (a / Zpos b)%Z end.
+Lemma halved_div : forall b a, halved a b = (a / Zpos b)%Z.
+Proof.
+  induction b; intro a; cbn [halved]; [reflexivity| |now rewrite Z.div_1_r].
+  rewrite IHb, Z.div2_div, Z.div_div by lia; reflexivity.
+Qed.
+Definition over_z (a b : Z) : Z := match b with Zpos c => halved a c | _ => (a / b)%Z end.
+Lemma over_z_div : forall a b, over_z a b = (a / b)%Z.
+Proof. intros a [|b|b]; try reflexivity; apply halved_div. Qed.
 Definition nextz (A : list (list Z)) (p q : Z) (j : nat) (v : list Z) : list Z :=
-  map (fun r => p * zdot r v / (q * Z.of_nat (S j)))%Z A.
+  map (fun r => over_z (p * zdot r v) (q * Z.of_nat (S j))) A.
 Fixpoint terms_r (A : list (list Z)) (c : R) (m j : nat) (z : list R) : list (list R) :=
   match m with O => [z] | S i => z :: terms_r A c i (S j) (nextr A c j z) end.
 Fixpoint terms_z (A : list (list Z)) (p q : Z) (m j : nat) (v : list Z) : list (list Z) :=
@@ -118,7 +129,7 @@ Proof.
     { intro k; rewrite nth_less by (unfold nextr, nextz; now rewrite !map_length).
       destruct (Nat.lt_ge_cases k n) as [K|K].
       2: { rewrite !nth_overflow by (unfold nextr, nextz; rewrite ?map_length; lia); rewrite Rminus_0_r, Rabs_R0; lra. }
-      unfold nextr, nextz; rewrite (nth_mapped _ _ _ A k []), (nth_mapped _ _ _ A k []) by lia.
+      unfold nextr, nextz; rewrite (nth_mapped _ _ _ A k []), (nth_mapped _ _ _ A k []), over_z_div by lia.
       set (r := nth k A []).
       pose proof (moved_within E (less z v) k ltac:(unfold less; rewrite listed_length; lia) H E0 K) as M; fold r in M.
       rewrite <- dot_less in M by congruence.

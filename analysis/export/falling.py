@@ -176,9 +176,8 @@ class FallingTheorem(Laws):
 
     def binders(self) -> tuple[str, list[str]]:
         """The nonlinearities and their integrals, with their types, and their names alone."""
-        phis = [self.phi(i) for i in range(len(self.own)) if not self.families[i].varying][
-            : 1 if self.one_law else None
-        ]
+        named = range(1 if self.one_law else len(self.own))
+        phis = [self.phi(i) for i in named if not self.families[i].varying]
         phis += [f"Phi{s}" for i, s in enumerate(self.own) if self.loop.theta[i]]
         varying = [f"phi{s}" for i, s in enumerate(self.own) if self.families[i].varying]
         found = f" ({' '.join(phis)} : R -> R)" * bool(phis)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from lure.analysis.export.falling import FallingTheorem
-from lure.analysis.export.kernelled import gain_by_kernels_text
+from lure.analysis.export.kernelled import KernelGain
 from lure.analysis.export.loops import candidates
 from lure.analysis.export.quadratic import Forms, Loop, bilinear, nonnegative, whole_loop
 from lure.analysis.export.words import folded, integers, number, refused, terms, whole_file
@@ -29,7 +29,7 @@ def gaining_text(data: Mapping[str, Any], claim: str) -> str:
         An ``InputError``: it is of another criterion, or no form of few enough digits was found.
     """
     if data["theorem"] == "matrix-zames-falb":
-        return gain_by_kernels_text(data, claim)
+        return KernelGain(data).text(claim)
     if not data["theorem"].startswith(("diagonal", "full-block")):
         raise refused(f"a gain by {data['theorem']} has no export; by diagonal and full-block multipliers it has one")
     for given in candidates(data):

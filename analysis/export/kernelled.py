@@ -13,29 +13,7 @@ from lure.analysis.export.kernels import Kernels, reals_of
 from lure.analysis.export.words import number
 
 
-def slow_kernels_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a rate.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it is not covered, or it leaves too little room.
-    """
-    return _Rate(data).text(claim)
-
-
-def gain_by_kernels_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a gain from ``w`` to ``z``.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it is not covered, or it leaves too little room.
-    """
-    return _Gain(data).text(claim)
-
-
-class _Rate(Kernels):
+class KernelRate(Kernels):
     """The words of one file: ``A`` is that of the plant plus the rate, and ``A0`` its own."""
 
     beyond = ("slopes.v", "slower.v", "kernelled.v")
@@ -98,7 +76,7 @@ class _Rate(Kernels):
         return [*lines, "    lia."]
 
 
-class _Gain(Kernels):
+class KernelGain(Kernels):
     """The words of one file; the last channels lead from ``z`` to ``w``."""
 
     beyond = ("slopes.v", "slower.v", "kernelled.v")

@@ -40,17 +40,6 @@ MOST_SIZE = 96
 Rows = list[list[int]]
 
 
-def kernels_text(data: Mapping[str, Any], claim: str) -> str:
-    """The file for a certificate with kernels between channels, in continuous time.
-
-    Raises
-    ------
-    refused
-        An ``InputError``: it is not covered, or it leaves too little room.
-    """
-    return Kernels(data).text(claim)
-
-
 class _Lag(NamedTuple):
     """One number of ``v``: its derivative is ``scale`` times a row, of which a fact is known, and ``own`` times it."""
 

@@ -80,10 +80,14 @@ class Relying:
     def text(self, claim: str) -> str:
         """The whole file."""
         first = "\n".join([*self.plant(), *self.cones(), *self.witness(), *self.lemmas()])
-        by_circle = self.discrete and self.name in ("zames-falb", "order-cone")
         libraries = ["forms.v", "flow.v", "frequencies.v", *["pieces.v", "waves.v"] * self.delayed]
-        libraries += ["cones.v", "orders.v", "circle.v"] * by_circle + self.beyond
+        libraries += ["cones.v", "orders.v", "circle.v"] * self.by_circle + self.beyond
         return whole_file(claim, self.origin, libraries, [first, "\n".join(self.theorem())])
+
+    @property
+    def by_circle(self) -> bool:
+        """Whether the inequality is shown on the unit circle, of a polynomial that Coq computes."""
+        return self.discrete and self.name in ("zames-falb", "order-cone")
 
     @property
     def origin(self) -> str:
@@ -99,7 +103,7 @@ class Relying:
         low, high = written(self.low), written(self.high)
         poles = f"in_{'unit_disc' if self.discrete else 'left_half_plane'} (closed num den {low})"
         point = "circle" if self.discrete else "axis"
-        shown = self.on_circle if self.discrete and self.name in ("zames-falb", "order-cone") else self.frequencies
+        shown = self.on_circle if self.by_circle else self.frequencies
         proof = (self.by_intervals if self.delayed else shown)()
         lines = [f"Lemma poles : {poles}.", *self.poles(), "", *self.before]
         return [*lines, f"Lemma frequencies : over_frequencies {point} {self.E} num den {low} {high}.", *proof]

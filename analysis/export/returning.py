@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import count, pairwise
+from itertools import pairwise, product
 from typing import Any
 
 from flint import arb_mat
@@ -42,8 +42,8 @@ LIBRARIES = (
     "returns.v",
 )
 GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 6, 8
-LONGEST, FINE = 6, 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
-BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 2 * 10**9
+LONGEST, FINE = (10, 6), 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
+BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 10**9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,10 +65,10 @@ def _combine_forms(u: Sequence[int], rows: Sequence[Sequence[int]]) -> list[int]
     return [sum(a * row[j] for a, row in zip(u, rows, strict=False)) for j in range(len(rows[0]))]
 
 
-def shortest(value: Fraction, bits: int) -> Fraction:
-    """A fraction of few digits next to a number, to so many bits."""
-    tries = (value.limit_denominator(1 << k) for k in count(bits // 2))
-    return next(v for v in tries if v > 0 and abs(v - value) * 2**bits <= value)
+def in_binary(value: Fraction, bits: int) -> Fraction:
+    """A positive number rounded to so many bits: Coq divides by powers of 2 without a division."""
+    places = bits - value.numerator.bit_length() + value.denominator.bit_length()
+    return Fraction(round(value * 2**places), 2**places)
 
 
 def returning_text(data: Mapping[str, Any], claim: str) -> str:
@@ -270,7 +270,7 @@ class _Orbit:
 
     def cut(
         self, matrices: Mapping[int, Matrix], times: Vector, parts: list[int], starts: list[Vector], entries: Rows
-    ) -> tuple[Vector, list[Vector], Rows]:
+    ) -> tuple[list[int], Vector, list[Vector], Rows]:
         """Each stay in so many of equal durations: after the first they start where a plane is crossed."""
         found, more = list[Vector](), Rows()
         for p, t, k, start, entry in zip(self.pieces, times, parts, starts, entries, strict=True):
@@ -281,50 +281,58 @@ class _Orbit:
                 flow = [sum((a * v for a, v in zip(row, x, strict=True)), Fraction(0)) for row in matrices[p][:-1]]
                 plane = [round(v / max(map(abs, flow)) * 2**8) << FINE for v in flow]
                 more.append([*plane, -round(sum(a * v for a, v in zip(plane, x, strict=False)))])
-        self.pieces = [p for p, k in zip(self.pieces, parts, strict=True) for _ in range(k)]
-        return [t / k for t, k in zip(times, parts, strict=True) for _ in range(k)], found, more
+        pieces = [p for p, k in zip(self.pieces, parts, strict=True) for _ in range(k)]
+        return pieces, [t / k for t, k in zip(times, parts, strict=True) for _ in range(k)], found, more
 
     def numbers(self, matrices: Mapping[int, Matrix], times: Vector, starts: list[Vector], entries: Rows) -> _Numbers:
-        """The first that hold."""
+        """The first that hold, of stays that are cut less and less often seldom enough."""
         whole = {p: whole_rows(A) for p, A in matrices.items()}
 
-        def fewest(weights: list[int]) -> list[int]:
+        def fewest(weights: list[int], pieces: Sequence[int], times: Vector) -> list[int]:
             """Steps of each stay, by the larger of which the flow moves by half of a weight."""
             sizes = [
                 max(
                     sum(abs(a) * w for a, w in zip(r, weights, strict=True)) / Fraction(d * own)
                     for r, own in zip(rows, weights, strict=True)
                 )
-                for d, rows in (whole[p] for p in self.pieces)
+                for d, rows in (whole[p] for p in pieces)
             ]
             return [math.ceil(2 * size * t * Fraction(65, 64)) for size, t in zip(sizes, times, strict=True)]
 
-        weights = min(([*(1 << g * k for k in range(self.n)), 1] for g in GROWTHS), key=lambda w: sum(fewest(w)))
-        parts = [-(-k // LONGEST) for k in fewest(weights)]
-        times, starts, entries = self.cut(matrices, times, parts, starts, entries)
-        for beside in BESIDE:
-            counts = fewest(weights)
+        def cost(weights: list[int]) -> int:
+            """Steps in all."""
+            return sum(fewest(weights, self.pieces, times))
+
+        weights = min(([*(1 << g * k for k in range(self.n)), 1] for g in GROWTHS), key=cost)
+        for longest, beside in product(LONGEST, BESIDE):
+            parts = [-(-k // longest) for k in fewest(weights, self.pieces, times)]
+            pieces, shorter, more, crossed = self.cut(matrices, times, parts, starts, entries)
+            counts = fewest(weights, pieces, shorter)
             for _ in range(ROUNDS):
                 bits, fine = 2 * max(counts) + beside, max(counts) + beside - FEWER
                 stays = []
-                for t, k, x, entry, p in zip(times, counts, starts, entries, self.pieces, strict=True):
+                for t, k, x, entry, p in zip(shorter, counts, more, crossed, pieces, strict=True):
                     d, rows = whole[p]
-                    h = shortest(t / (k * d), fine)
+                    h = in_binary(t / (k * d), fine)
                     sides = [self.side(self.levels[p]), self.side(self.levels[p + 1], -1)]
                     z = [*(round(v * 2**bits) for v in x[:-1]), 1 << bits]
                     own = Stay(
                         d=d, rows=rows, p=h.numerator, q=h.denominator, steps=k, start=z, entry=entry, sides=sides
                     )
                     stays.append(own)
-                # products and quotients of numbers of so many digits, which take Coq half a minute at most
-                work = [(s.steps + 1) * (s.p.bit_length() + s.q.bit_length() + bits) ** 2 for s in stays]
-                if sum(work) * (self.n + 2) * bits > MOST_WORK:
+                if self.work(stays, bits) > MOST_WORK:
                     break
                 found = _Numbers(stays, weights, bits)
                 if not found.wrong:
+                    self.pieces = pieces
                     return found
                 counts = [k + (k + 1) // 2 * (i in found.wrong) for i, k in enumerate(counts)]
         raise refused("its orbit takes steps of so many digits that Coq would take minutes")
+
+    def work(self, stays: Sequence[Stay], bits: int) -> int:
+        """Of the digits of all products, of which Coq does some twenty million in a second."""
+        terms = sum(((self.n + 2) * s.steps + 1) * (s.p.bit_length() + 12) for s in stays) * bits // 4 * self.n
+        return bits * (terms + (len(stays) * (self.n + 1)) ** 2 * (self.n + 1) * 20)
 
     def text(self, claim: str) -> str:
         """The whole file."""

@@ -8,6 +8,7 @@ import pytest
 
 from lure import InputError, NonlinearityClass, Sector, as_plant
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.questions import energy
 from lure.analysis.questions.energy import energy_bounds
 from lure.files import parse_system
 
@@ -94,3 +95,19 @@ def test_the_command_says_both(lure, tmp_path):
     status, out, _ = lure("gain", str(tmp_path / "loop.toml"), "--energy", "--json")
     assert status == 0
     assert json.loads(out)["energy"]["initial"] == pytest.approx(0.5, rel=1e-5)
+
+
+def test_a_margin_that_shows_nothing_is_followed_by_a_larger_one(monkeypatch):
+    asked, bounded = [], energy._bounded
+
+    def only_at_the_last(*given, peak):
+        asked.append((given[-1], peak))
+        return bounded(*given, peak=peak) if given[-1] == energy._MARGINS[-1] else None
+
+    monkeypatch.setattr(energy, "_bounded", only_at_the_last)
+    found = energy_bounds(LAG, [Sector(0, 1)], SEEN)
+    assert asked == [(margin, peak) for peak in (False, True) for margin in energy._MARGINS]
+    assert 0.5 < found.initial < 0.51  # above that of the test before, whose margin is smaller
+    assert found.reason == ""
+    monkeypatch.setattr(energy, "_bounded", lambda *_given, peak: None)
+    assert energy_bounds(LAG, [Sector(0, 1)], SEEN).reason == "no quadratic function was found"

@@ -97,6 +97,12 @@ def test_the_part_of_the_box_that_stays_open_is_said(several):
     assert all(float(end) < 0.9 for end in re.findall(r"c in \[\S+, ([\d.]+)\]", told) if "/" not in end)
 
 
+def test_what_is_proved_is_of_every_nonlinearity_and_every_plant():
+    family = PlantFamily.of_coefficients(["b"], [1, "a"], {"a": (1, 2), "b": (1, 2)})  # b > 0 and a > 0: passive
+    said = certify(family, Sector(0, 1)).conclusion.headline
+    assert said.endswith("in the sector [0, 1] and every a in [1, 2], b in [1, 2].")
+
+
 def test_an_order_that_changes_in_the_box_is_said():
     family = PlantFamily.of_formula("1/((T*s + 1)*(s + 1))", {"T": (0, Fraction(1, 10))})
     found = certify(family, Sector(0, 3), ways=ProofOptions(criterion="popov"))
