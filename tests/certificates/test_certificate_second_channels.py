@@ -295,6 +295,14 @@ def test_beside_rays_of_rectifiers_functions_have_one_gain(gains, one, holds):
         rays.refuted_by_ray(of(**(proof | {"gains": []})), plant)
 
 
+def test_in_samples_a_ray_by_which_the_solution_falls_is_refused():
+    for a, holds in ((F(2), True), (F(1), False), (F(1, 2), False)):
+        plant = asked([[to_fmpq(a)]], [[1]], [[-1]], [[0]], replace(PLAIN, relu=True), discrete=True)
+        proof = {"method": "relu-ray", "gains": [["0"]], "state": ["1"], "value": str(a), "radius": "1/1000"}
+        with assert_accepted_if(holds):
+            rays.refuted_by_ray(of(**proof), plant)
+
+
 # Disturbances
 
 
