@@ -1,6 +1,8 @@
 """Known dead times in several channels: certificates by hand, and what neither checker accepts."""
 
+import cmath
 import copy
+from fractions import Fraction
 from functools import cache
 
 import pytest
@@ -541,3 +543,20 @@ def test_many_dead_times_are_not_multiplied_out_far_out(monkeypatch):
     monkeypatch.setattr(pieces, "tail", None)
     found = complete_and_check(draft(system, [sector("0", "1")] * 2, "piecewise-circle", proof, multiplier)).certificate
     assert recheck(found).accepted
+
+
+# H = [[g, e g], [0, g]], e = exp(-s): with the gains 0 and l it is [[g, e g/(1 + l g)], [0, g/(1 + l g)]]
+@pytest.mark.parametrize("low", [(0, 0), (0, Fraction(1, 2)), (Fraction(1, 2), 0), (Fraction(1, 2), Fraction(-1, 3))])
+def test_the_plant_is_shifted_by_every_lower_bound(low):
+    d, N = pieces.quotients(plant(COUPLED, late=True), [Fraction(v) for v in low])
+    for omega in (0.0, 0.7, 3.0):
+        g, e = 1 / (1j * omega + 1), cmath.exp(-1j * omega)
+        first, second = (1 + float(v) * g for v in low)
+        wanted = [[g / first, e * g / (first * second)], [0, g / second]]
+        for row, right in zip(N, wanted, strict=True):
+            assert [value(f, omega) / value(d, omega) for f in row] == pytest.approx(right, abs=1e-12)
+
+
+def value(form, omega):
+    """Of a sum of ``(u + i v) omega^n exp(-i omega tau)``."""
+    return sum((u + 1j * v) * omega**n * cmath.exp(-1j * omega * float(tau)) for (tau, n), (u, v) in form.items())
