@@ -16,7 +16,9 @@ from tampering import assert_both_reject, edited, refused_again
 
 from lure import InputError, NonlinearityClass, Sector, as_plant, certify, max_sector
 from lure.analysis import l2_gain
+from lure.analysis.certificates import memory as first
 from lure.analysis.certificates.arithmetic import Rejected
+from lure.analysis.certificates.channels import channels, plant
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check, contains
 from lure.analysis.certificates.second import memory as second
@@ -293,6 +295,34 @@ def test_which_functions_are_taken_by_their_increments():
     m = len(kinds)
     given = [replace(PLAIN, **kind) for kind in kinds]
     assert second._by_increments(as_asked([[-1]], [[1] * m], [[1]] * m, [[0] * m] * m, *given)) == [0, 1]
+
+
+# with d = s, in samples z - 1, a channel by its increments has d mu and d sigma, the others mu and sigma
+@pytest.mark.parametrize("time", ["continuous", "discrete"])
+def test_the_first_checker_takes_increments_of_what_moves_and_the_rest_as_it_is(time):
+    A, B, E = np.array([[-1, 1], [0, -2]]), np.array([[1, 2, 1], [-1, 1, 3]]), np.array([1, 2])
+    T = A - (time == "discrete") * np.eye(2, dtype=int)
+    C = np.array([[1, -1], [2, 1], E @ T])  # sigma_3 = E (T x + B_1 mu_1 + B_2 mu_2) is 0 at rest
+    D = np.array([[0, 0, 0], [1, 0, 0], [*E @ B[:, :2], 0]])
+    sides = {name: [[str(v) for v in row] for row in M] for name, M in zip("ABCD", (A, B, C, D), strict=True)}
+    steep = {"sector": ["0", "1/2"], "slope": ["0", "1/3"], "odd": False, "time_varying": False, "linear": False}
+    laws = {"channels": [memory("play", 2), steep, BESIDE], "repeated": False}
+    H, asked = first.increments(plant(LAG | sides | {"time": time}), channels(laws, 3))
+    assert [(one.sector, one.varying) for one in asked.families] == [
+        *(((0, Fraction(2)), True), ((0, Fraction(1, 3)), True), ((0, Fraction(1, 2)), True)),
+    ]
+    at = 0.3 + 0.8j
+    inner = [np.linalg.solve(at * np.eye(2) - M, N) for M, N in ((A, B), (np.array(H.A, float), np.array(H.B, float)))]
+    before, after = C @ inner[0] + D, np.array(H.C, float) @ inner[1] + np.array(H.D, float)
+    d = at - (time == "discrete")
+    scale = np.array([d, d, 1])
+    assert after == pytest.approx(scale[:, None] * before / scale, abs=1e-12)
+
+
+def test_a_sector_that_does_not_depend_on_time_keeps_it_beside_increments():
+    laws = {"channels": [memory("stop", 1), BESIDE | {"time_varying": False}], "repeated": False}
+    _, asked = first.increments(plant(MIXED["system"]), channels(laws, 2))
+    assert [one.varying for one in asked.families] == [True, False]
 
 
 def test_only_inputs_and_outputs_of_a_gain_stay_one_operator():
