@@ -22,6 +22,7 @@ _TO_DEVIATION = 1.4826022185056018  # of a median absolute value, for normal err
 _SCALE = 1.2533141373155001  # of a mean absolute value, likewise: sqrt(pi/2)
 _FLOOR = 0.05
 _ROUNDS = 4
+_LEAST, _LEAST_SCALE = 1e-100, 1e-3  # of noise, so that its square is no 0 where the loads do not scatter at all
 
 
 class Noise(Record):
@@ -49,7 +50,7 @@ def noise_of(residuals: Array, mean: Array, *, parameters: int) -> Noise:
     lost = np.sqrt(residuals.size / max(residuals.size - parameters, 1))
     size = np.abs(residuals) * lost
     typical = max(
-        _TO_DEVIATION * float(np.median(size)), 1e-14 * float(np.abs(mean).max()), 1e-14 * float(size.max()), 1e-150
+        _TO_DEVIATION * float(np.median(size)), 1e-14 * float(np.abs(mean).max()), 1e-14 * float(size.max()), _LEAST
     )
     level = np.abs(mean)
     deviation = np.full_like(size, typical)
@@ -242,7 +243,7 @@ def _final(hats: Hats, values: Array, noise: Noise, scores: Array) -> HatFit:
         values, inverse = hats.solved(weights * kept)
         residuals = (hats.y - hats.at(values)) * np.sqrt(weights)
         degrees = max(1, int(kept.sum()) - hats.parameters)
-        scale = max(float(np.sqrt(np.sum(kept * residuals**2) / degrees)), 1e-150)
+        scale = max(float(np.sqrt(np.sum(kept * residuals**2) / degrees)), _LEAST_SCALE)
         noise = Noise(constant=noise.constant * scale, proportional=noise.proportional * scale)
         covariance = inverse * scale**2
         leverages = hats.leverages(inverse, weights * kept)

@@ -258,7 +258,7 @@ class Table:
         line, cells = self.rows[row]
         where = f"line {line}, column {self.headings[column] or column + 1!r:.60}"
         if column >= len(cells):
-            raise InputError(f"{where}: the line has {len(cells)} columns only; give every column or the word nan")
+            raise InputError(f"{where}: the line has too few columns, {len(cells)}; give every column or the word nan")
         if any(extra.strip() for extra in cells[len(self.headings) :]):
             raise InputError(
                 f"line {line} has {len(cells)} columns where the first has {len(self.headings)}; write decimals with a "

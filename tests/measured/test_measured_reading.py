@@ -82,7 +82,7 @@ def test_without_units_si_is_assumed_and_said():
     ("text", "options", "message"),
     [
         ("depth [um],force [mN]\n1,2\n2,x1\n3,4\n", {}, r"line 3, column 'force \[mN\]': 'x1' is not a number"),
-        ("depth [um],force [mN]\n1,2\n2\n3,4\n", {}, "line 3, .*: the line has 1 columns only"),
+        ("depth [um],force [mN]\n1,2\n2\n3,4\n", {}, "line 3, .*: the line has too few columns, 1;"),
         ("depth [um],force [mN]\n1,2\n2,1e999\n3,4\n", {}, "line 3, .* beyond the largest double"),
         ("depth [um];force [mN]\n1;2\n2;1.000,5\n3;4\n", {}, r"'1\.000,5' is not a number"),
         ("depth [um],force [st]\n1,2\n2,3\n3,4\n", {"force": "force"}, "has the unit 'st', which is not known"),
