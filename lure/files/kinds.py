@@ -92,7 +92,7 @@ def refusal(error: ValidationError, kind: FileKind, tables: Mapping[str, object]
     problems += [_which(item, tables) + _missing(item, kind) for item in missing]
     wrong = [item for item in details if item["type"] not in ("extra_forbidden", "missing")]
     problems += [_which(item, tables) + _wrong(item, kind) for item in wrong]
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    more = f" (and {len(problems) - 1} more to mend)" if len(problems) > 1 else ""
     return InputError(f"{problems[0]}{more}")
 
 

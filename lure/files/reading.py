@@ -48,6 +48,9 @@ def kind_of(tables: Tables) -> FileKind:
     for kind in known:
         if any(table in tables for table in kind.tables):
             return kind
+    for kind in known:  # keys of its first table, without the line that begins it
+        if tables.keys() & {*kind.tables[kind.first].model_fields, *kind.letters}:
+            return kind
     names = [*(table for kind in known for table in kind.tables), "name", "title"]
     near = {closest(key, names, cutoff=0.6) for key in tables} - {None}
     return next((kind for kind in reversed(known) if near & set(kind.tables)), known[0])

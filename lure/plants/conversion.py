@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import reprlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import ModuleType
@@ -166,6 +166,12 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
             "a function H(s) is known only where it is called, so that nothing can be shown with it; "
             f"{_WANTED}, 'exp(-s)/(s+1)' for a dead time, or control.FrequencyResponseData for samples"
         )
+    if isinstance(source, Mapping):
+        keys = next((keys for keys in ("ABCD", "ABC", ("num", "den")) if all(key in source for key in keys)), "ABCD")
+        entries = ", ".join(f"m[{key!r}]" for key in keys)
+        raise InputError(
+            f"a dictionary m, such as scipy.io.loadmat reads, is no block; give what it holds, ({entries})"
+        )
     if hasattr(source, "block"):
         raise InputError(f"a {type(source).__name__} is a block and what closes the loop; give its block, loop.block")
     raise InputError(f"{reprlib.repr(source)} is no linear block; {_WANTED}")
@@ -239,6 +245,11 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
         return _ratio(_row(parts[0]), parts[1], sampling_time(dt, parts[2], name="the system"))
     if len(parts) == 2:
         return _ratio(_row(parts[0]), _row(parts[1]), sampling_time(dt))
+    if len(parts) == 3 and isinstance(parts[2], int | float | Fraction) and all(map(_is_flat, parts[:2])):
+        raise InputError(
+            "numerator, denominator and sampling time may be meant, or the matrices of one state; give (num, den) and "
+            "dt= beside it, or A as a list of rows"
+        )
     flat = len(parts) == 4 and len(shape) == 1 == getattr(parts[1], "ndim", 0)
     if flat and all(isinstance(one, int | float) for one in parts[2:]) and cast("float", parts[3]) > 0:
         raise InputError(
@@ -250,6 +261,13 @@ def _from_parts(parts: Sequence[object], dt: object) -> RationalPlant | StateSpa
     if isinstance(parts[0], str):
         raise InputError("three or four parts are the matrices (A, B, C) or (A, B, C, D); give A as a list of rows")
     return _from_matrices(parts, sampling_time(dt))
+
+
+def _is_flat(part: object) -> bool:
+    """Whether these are coefficients in a row, or a matrix written like them: a list or an array of numbers."""
+    if isinstance(part, list | tuple):
+        return not any(isinstance(one, list | tuple) for one in part)
+    return getattr(part, "ndim", 0) == 1
 
 
 def _row(part: object) -> object:

@@ -91,7 +91,8 @@ def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[R
     n = len(state)
     for i, row in enumerate(state):
         if len(row) != n:
-            raise InputError(f"A is not square: it has {n} rows, and A[{i}] has {len(row)} entries")
+            entries = f"{len(row)} {'entry' if len(row) == 1 else 'entries'}"
+            raise InputError(f"A is not square: it has {n} row{'s' * (n != 1)}, and A[{i}] has {entries}")
     return state, _vector(B, "B", n), _vector(C, "C", n), _direct(D)
 
 

@@ -51,12 +51,20 @@ def test_an_empty_file_is_told_what_it_needs():
     assert refused("# nothing\r\n").endswith(
         " is empty; `lure init --loop` writes a loop to start from, `lure init` a rod"
     )
-    assert refused("rod = {}").startswith("rod.youngs_modulus is missing; give E, Young's modulus [Pa] (and 5 more)")
+    assert refused("rod = {}").startswith(
+        "rod.youngs_modulus is missing; give E, Young's modulus [Pa] (and 5 more to mend)"
+    )
+
+
+def test_keys_of_a_plant_without_its_table_are_told_the_table():
+    told = "unknown key num; did you mean plant.num? a system has the keys name and title and the tables [plant], "
+    assert refused("num = [1]\nden = [1, 1]").startswith(told)
+    assert refused("length = 1\narea = 1").startswith("unknown key length; did you mean rod.length? a system")
 
 
 def test_further_problems_are_counted():
     text = with_line("cells = 0", "discretisation") + "[force]\ng = nan\n"
-    assert refused(text).endswith("give a whole number from 1 to 10000000 (and 1 more)")
+    assert refused(text).endswith("give a whole number from 1 to 10000000 (and 1 more to mend)")
 
 
 # values

@@ -60,6 +60,13 @@ def test_measured_data_stay_data():
         (lambda: ([1, 2, 3], [1, 2]), "improper"),
         (lambda: ([1], [0, 0]), "denominator is zero"),
         (lambda: ([[1], [2]], [1, 2]), "one input and one output"),
+        (lambda: ([1], [1, -0.5], 0.1), r"sampling time may be meant, .*; give \(num, den\) and dt= beside it"),
+        (lambda: (np.array([1.0]), np.array([2.0]), 1), "sampling time may be meant"),
+        (
+            lambda: {key: [[1]] for key in "ABCD"},
+            r"no block; give what it holds, \(m\['A'\], m\['B'\], m\['C'\], m\['D'\]\)",
+        ),
+        (lambda: {"num": [1], "den": [1, 1]}, r"a dictionary m, .* \(m\['num'\], m\['den'\]\)"),
     ],
 )
 def test_systems_that_are_no_single_proper_block_are_refused(system, said):
