@@ -300,6 +300,8 @@ def plot_largest(rows: Sequence[StabilityBound], names: Sequence[str], *, ax: Ax
     if wide:
         axes.set_xscale("log")
     axes.set_xlim(start, end)
+    if all(row.largest.low == math.inf and row.refuted_at is None for row in rows):
+        axes.set_xticks([start])  # the bars have no end, and other ticks would measure nothing
     room = 0.5 * max(3 - len(rows), 0)  # a lone bar stays a bar
     axes.set_ylim(-0.45 - room, len(rows) + 0.35 + room)
     several = bool(rows) and rows[0].classes is not None
@@ -314,7 +316,8 @@ def _range(rows: Sequence[StabilityBound]) -> tuple[float, float, bool]:
     """Ends of the axis of ``k``, and whether it is logarithmic."""
     ends = [value for row in rows for value in (row.refuted_at, row.hurwitz.high) if value]
     marks = [abs(value) for value in ends + [row.largest.low for row in rows if not row.search_limited] if value]
-    finite = [value for value in marks if 0 < value < math.inf]
+    tried = [row.largest.low for row in rows if row.search_limited]  # where nothing else ends: beyond is unknown
+    finite = [value for value in marks if 0 < value < math.inf] or tried
     lower = min(float(row.lower) for row in rows)
     if not finite:
         return min(lower, 0.0), max(lower, 0.0) + 1.0, False

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from lure.analysis.deadline import time_limit
 from lure.analysis.drawing import drawn
-from lure.analysis.numerics.doubles import double_above, double_below
+from lure.analysis.numerics.doubles import bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import DELAYS, Diagonal
@@ -67,6 +67,13 @@ class StabilityMap(Record):
         """Corners of rectangles that are proved, ``k1`` ascending, none inside another."""
         found = [(ray.proved_k1, ray.proved_k2) for ray in self.rays]
         return _outer([(a, b) for a, b in found if a is not None and b is not None], 1)
+
+    @property
+    def proved_texts(self) -> tuple[tuple[str, str], ...]:
+        """The corners that are proved in words, rounded down, none inside another as they are printed."""
+        said = [(bound_below(a), bound_below(b)) for a, b in self.proved]
+        printed = {(float(a), float(b)): (a, b) for a, b in said}
+        return tuple(printed[corner] for corner in _outer(list(printed), 1))
 
     @property
     def refuted(self) -> tuple[tuple[float, float], ...]:

@@ -15,7 +15,6 @@ from lure.analysis.deadline import check_seconds, time_limit
 from lure.analysis.drawing import drawing
 from lure.analysis.inequality.gains import GainInterval, gain_intervals
 from lure.analysis.inequality.plant import Case, TransferPolynomials
-from lure.analysis.numerics.doubles import bound_below
 from lure.analysis.numerics.polynomial import to_descending, to_fmpq
 from lure.analysis.questions.advice import hints, row_asked
 from lure.analysis.questions.answers import answers
@@ -236,7 +235,7 @@ class LoopAnalysis(Record):
         factors = f"The numbers are factors of every upper bound of: {self.problem.classes}; lower bounds stay."
         if self.map is None or not (self.map.proved and self.map.refuted):
             return factors
-        corners = ", ".join(f"({bound_below(a)}, {bound_below(b)})" for a, b in self.map.proved)
+        corners = ", ".join(f"({a}, {b})" for a, b in self.map.proved_texts)
         return f"{factors} Pairs (k1, k2) of upper bounds that are proved, with all smaller ones: {corners}."
 
     def _gains_words(self) -> str:

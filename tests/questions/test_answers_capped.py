@@ -42,6 +42,14 @@ def test_tables_pages_and_figures_say_so_too():
     assert axes.get_xlim()[1] < 1e3  # the axis is that of the numbers that mean something: 8 to 13
 
 
+# where nothing is refuted and no proof ends, the axis is that of what was tried: bars to 1 that say 1e12 mislead
+def test_the_axis_reaches_what_was_tried_where_no_other_number_means_something():
+    axes = plot_largest([max_slope(SEVENTH.block)], ["slope"], ax=Figure().add_subplot())
+    assert axes.get_xlim()[1] > 1e12
+    axes = plot_largest([max_sector("1/(s + 1)")], ["sector"], ax=Figure().add_subplot())
+    assert axes.get_xticks().tolist() == [0]  # a bar without an end
+
+
 def test_an_end_of_a_criterion_is_not():
     for found in (max_sector(SEVENTH.block), max_sector("1/(s^2 + s + 1)"), max_slope(builtin_loop("dt-6").block)):
         assert not found.search_limited

@@ -308,6 +308,14 @@ def test_a_map_is_proved_below_its_corners_and_refuted_beyond(k1, k2, verdict):
             found.verdict(*below)
 
 
+# the second corner is inside the first but for the last of its digits, which are not printed
+def test_a_corner_inside_another_as_printed_is_not_listed():
+    rays = (ray((96, 1.49999984849), (None, None)), ray((0.5, 1.49999984859), (None, None)))
+    found = StabilityMap(lower=(Fraction(0), Fraction(0)), asked=(Fraction(1), Fraction(1)), rays=rays)
+    assert found.proved == ((0.5, 1.49999984859), (96, 1.49999984849))
+    assert found.proved_texts == (("96", "1.499999848"),)
+
+
 @pytest.mark.parametrize(
     "given", [{"seconds": 0}, {"seconds": -1.0}, {"seconds": inf}, {"method": ""}, {"numbers": "x"}]
 )

@@ -105,6 +105,18 @@ def test_a_criterion_that_some_classes_do_not_need_is_not_said_to_prove_nothing(
     ]
 
 
+# a headline by diagonal-popov above "diagonal-popov: nothing proved" contradicted itself: only the factor was no larger
+def test_a_criterion_that_proves_no_larger_factor_is_not_said_to_prove_nothing():
+    told = {"odd": False, "needs": [], "verdict": "INCONCLUSIVE", "largest": [0.0, 0.0], "theorem": ""}
+    reasons = {
+        "diagonal-popov": "no multiplier was found that proves more than the factor 9, which is proved",
+        "full-block-popov": "no multiplier was found",
+    }
+    answers = [{**told, "criterion": name, "reason": reason} for name, reason in reasons.items()]
+    listed = criteria({"answers": [{"odd": False, "answers": answers}]})
+    assert [one["unproved"] for one in listed] == ["nothing more proved", "nothing proved"]
+
+
 @pytest.mark.slow
 def test_one_number_is_rounded_once_on_the_whole_page(lag, lag_page):
     seen = words(re.sub(r"<details.*?</details>", "", lag_page, flags=re.DOTALL))  # where a criterion gives its bracket

@@ -146,6 +146,9 @@ def criteria(data: Data) -> list[Data]:
     for entry in needless:
         entry["names"] = [name for name in entry["names"] if name not in told]
     shown = [entry for entry in seen.values() if entry["names"]]
+    for entry in shown:  # one that proves no more than is proved may prove the class asked about all the same
+        least = "nothing more proved" if " proves more than " in entry["reason"] else "nothing proved"
+        entry["unproved"] = NOT_NEEDED if entry["theorem"] == NOT_NEEDED else least
     return sorted(shown, key=lambda answer: (answer["verdict"] != "PROVED", -_size(answer["largest"][0])))
 
 
