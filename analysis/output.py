@@ -100,6 +100,8 @@ def write_new(path: Path, text: str, *, force: bool) -> None:
         raise InputError(f"{label} is a directory; give the name of a file, such as {str(path / 'rod.toml')!r}")
     if not force and os.path.lexists(path):
         raise InputError(f"{label} exists; give another name, or --force to replace it")
+    if not os.path.isdir(path.parent):
+        raise InputError(f"{str(path.parent)!r:.200} is no directory; give a file in one that exists")
     temporary = path.with_name(f".lure-{secrets.token_hex(4)}") if force else path
     try:
         with temporary.open("x", encoding="utf-8") as file:

@@ -154,23 +154,29 @@ def check_figure(plot: Path | None, *, replace: bool, kinds: Sequence[str] = (".
     check_targets([plot], replace=replace)
 
 
-def check_target(path: Path | None, *, force: bool) -> None:
-    """Refuse a file that exists before the search and not after it.
+def check_target(*paths: Path | None, force: bool) -> None:
+    """Refuse files that exist, or are one file, before the search and not after it.
 
     Parameters
     ----------
-    path : Path or None
-        The file to write, if one is.
+    *paths : Path or None
+        The files to write, if there are any.
     force : bool
-        Whether it may be replaced.
+        Whether they may be replaced.
 
     Raises
     ------
     InputError
-        It exists, is a directory, or lies in none.
+        Two are the same; one exists, is a directory, or lies in none.
     """
-    if path is None:
-        return
+    given = [path for path in paths if path is not None]
+    if len({os.path.abspath(path) for path in given}) < len(given):
+        raise InputError(f"{str(given[-1])!r} is given for two results; give each a name of its own")
+    for path in given:
+        _check_target(path, force=force)
+
+
+def _check_target(path: Path, *, force: bool) -> None:
     try:
         with suppress(FileNotFoundError, NotADirectoryError):
             path.lstat()

@@ -73,8 +73,7 @@ def gain(
 ) -> int:
     """Print the L2 gain from w to z, from both sides."""
     chosen = loop_named(system, set_)
-    for path in (output, witness):
-        check_target(path, force=force)
+    check_target(output, witness, force=force)
     from lure.analysis.questions.gain import l2_gain
 
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
@@ -213,8 +212,7 @@ def steady(
             f"{system} has no nonlinearity and no class of them; give one, such as [class] with slope = [0, 1]"
         )
     check_figure(plot, replace=force)
-    for path in (output, csv):
-        check_target(path, force=force)
+    check_target(output, csv, plot, force=force)
     from lure.analysis.questions.steady import steady_response
 
     given: dict[str, Any] = {} if chosen.forcing is None else chosen.forcing.stated
@@ -297,7 +295,7 @@ def region(
     """Print sets inside and outside of the region of attraction."""
     points = None if along is None else _points(along)
     check_figure(plot, replace=force)
-    check_target(output, force=force)
+    check_target(output, plot, force=force)
     chosen = loop_named(system, set_)
     from lure.analysis.questions.regions import region as run
 

@@ -100,7 +100,7 @@ INIT = """Write a commented file to start from.
 Examples:
   lure init && lure report rod.toml
   lure init --loop && lure report plant.toml
-  lure init --loop plants/servo.toml
+  lure init --loop servo.toml
   lure init --kind delay && lure report delay.toml
   lure init --notebook my-loop.ipynb && jupyter lab my-loop.ipynb
   lure init --test test_phi.py && pytest test_phi.py

@@ -191,7 +191,15 @@ def test_every_built_in_is_found_by_the_command(here, lure, stub):
         (["reproduce", "-o", "file"], "'file' is a file; give a directory with -o\n"),
         (["init", "full"], "'full' is a directory; give the name of a file, such as 'full/rod.toml'\n"),
         (["init", "file"], "'file' exists; give another name, or --force to replace it\n"),
-        (["init", "no/rod.toml"], "'no/rod.toml' cannot be written (No such file or directory); give another place\n"),
+        (["init", "no/rod.toml"], "'no' is no directory; give a file in one that exists\n"),
+        (
+            ["gain", "kalman-fitts", "-o", "a.json", "--witness", "./a.json"],
+            "'a.json' is given for two results; give each ",
+        ),
+        (
+            ["steady", "kalman-fitts", "--plot", "a.svg", "--csv", "a.svg", "--force"],
+            "'a.svg' is given for two results;",
+        ),
         (
             ["systems", "paper-rd"],
             "there is no built-in system 'paper-rd'; did you mean 'paper-rod'? lure systems lists ",

@@ -126,7 +126,7 @@ def test_the_test_passes_as_written_and_fails_where_the_bound_is_halved(lure, he
             "--notebook is 'loop.toml'; give a name that ends in .ipynb or .py, such as my-loop.ipynb",
         ),
         (("--test", "law"), "--test is 'law'; give a name that ends in .py, such as test_phi.py"),
-        (("--test", "no/such/test_phi.py"), "'no/such/test_phi.py' cannot be written (No such file or directory)"),
+        (("--test", "no/such/test_phi.py"), "'no/such' is no directory; give a file in one that exists"),
         (("rod.toml", "--test", "a.py"), "PATH and --test do not go together; each writes a file of its own"),
         (("--loop", "--notebook", "a.py"), "--loop and --notebook do not go together"),
         (("--notebook", "a.py", "--test", "b.py"), "--notebook and --test do not go together"),
