@@ -277,8 +277,11 @@ def points_along(along: Sequence[Sequence[float | Fraction]], n: int) -> NDArray
         They are none, or one of them is 0.
     """
     rows = [list(point) for point in along]
-    if not rows or any(len(row) != n for row in rows):
-        raise InputError(f"along has points with {sorted({len(row) for row in rows})} entries; give {n} for each")
+    if not rows:
+        raise InputError("along has no points; give one or more")
+    if other := [row for row in rows if len(row) != n]:
+        said = " ".join(map(str, other[0]))
+        raise InputError(f"along has the point {said}, of {len(other[0])} numbers; give {n}, one for each state")
     exact = [[exact_number(v, f"along[{i}][{j}]") for j, v in enumerate(row)] for i, row in enumerate(rows)]
     if not all(map(any, exact)):
         raise InputError("along has the point 0; give points away from it")

@@ -369,7 +369,7 @@ def test_the_drawing_shows_what_is_known(saddle):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--along", "1 2 3"], "give 2 for each"),
+        (["--along", "1 2 3"], "along has the point 1 2 3, of 3 numbers; give 2, one for each state"),
         (["--along", "0 0"], "points away from it"),
         (["--along", "x"], "separated by semicolons"),
         (["--seconds", "-1"], "positive number of seconds"),

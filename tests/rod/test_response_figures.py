@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -110,9 +112,28 @@ def test_a_sweep_shows_every_point_and_keeps_its_range_when_it_is_interrupted():
     assert low < 0.8 < 1.5 < high
 
 
+def test_a_drawing_of_an_interrupted_run_says_that_it_is_not_all():
+    swept, places = ran("swept"), ran("places")
+    for found, draw, part in ((swept, plot_bifurcation, "only 3 of 3 values"), (places, plot_basin, "motions done")):
+        titles = [
+            draw(one, ax=Figure().add_subplot()).get_title(loc="left")
+            for one in (found, replace(found, complete=False))
+        ]
+        assert [part in title for title in titles] == [False, True]
+
+
 def test_the_places_are_those_found():
     axes = plot_basin(ran("places"), ax=Figure().add_subplot())
     assert axes.collections[0].get_array().data == pytest.approx(ran("places").high)
+
+
+# the bounds of a place at 0 are 0 to rounding, and a number of impacts that is 0 is none
+def test_the_places_are_said_without_rounding_errors_and_without_up_to_0_impacts():
+    places = ran("places")
+    high = np.where(places.high == places.high.max(), -1.4e-20, places.high)
+    none = replace(places, high=high, impacts=np.zeros_like(places.impacts))
+    assert re.search(r"They lie at z = -\S+ m to 0 m, without an impact\.\n", str(none))
+    assert "m, after up to 1 impact.\n" in str(replace(none, impacts=np.ones_like(places.impacts)))
 
 
 @pytest.fixture

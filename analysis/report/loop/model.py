@@ -156,7 +156,7 @@ def balance_hints(about: Problem) -> tuple[str, ...]:
     except (AssumptionError, InputError) as refused:
         return (f"no describing function: {refused}",)
     if not hint.balances:
-        return ("the describing function shows no harmonic balance, which does not exclude an oscillation",)
+        return ("the describing function shows no harmonic balance, which alone excludes no oscillation",)
     listed = "; ".join(map(str, hint.balances[:4]))
     more = f"; and {len(hint.balances) - 4} more" if len(hint.balances) > 4 else ""
     return (f"the describing function suggests an oscillation of {listed}{more}; it neglects all harmonics",)

@@ -264,7 +264,9 @@ def plot_bifurcation(bifurcation: Bifurcation, *, ax: Axes | None = None) -> Axe
     if axes.lines:
         axes.legend(loc="lower left", markerscale=3.0, **LEGEND)
     start = {"separate": "each value from the same start", "up": "swept up", "down": "swept down"}[bifurcation.order]
-    axes.set_title(f"g = {shortened(bifurcation.force)}, {start}", fontsize="medium", loc="left")
+    part = f"\nonly {len(bifurcation.points)} of {len(bifurcation.values)} values done"
+    said = f"g = {shortened(bifurcation.force)}, {start}{'' if bifurcation.complete else part}"
+    axes.set_title(said, fontsize="medium", loc="left")
     return axes
 
 
@@ -296,7 +298,8 @@ def plot_basin(basin: Basin, *, ax: Axes | None = None) -> Axes:
     if rows.size:
         axes.plot(x[columns], y[rows], ".", ms=2.0, color=VERMILLION, label="upper bound only")
         axes.legend(loc="upper right", **LEGEND)
-    said = f"the rod itself, {int(basin.known.sum())} of {basin.known.size} resting places known"
+    done = "" if basin.complete else f", only {int((basin.impacts >= 0).sum())} motions done"
+    said = f"the rod itself, {int(basin.known.sum())} of {basin.known.size} resting places known{done}"
     said += "\nblack lines: the number of impacts changes" if lines else ""
     axes.set_title(said, fontsize="small", loc="left")
     return finish_axes(axes, "displacement added to u0 [m]", "velocity added to u1 [m/s]")

@@ -87,11 +87,14 @@ class Basin(Record):
             return f"{part}Nothing is known."
         untouched = int((self.settled & (self.impacts == 0)).sum())
         open_ = f"  {count - known} are INCONCLUSIVE: bounds are given." if known < count else ""
+        ends = float(np.nanmin(self.low)), float(np.nanmax(self.high))
+        low, high = (0.0 if abs(end) < 1e-12 * max(map(abs, ends)) else end for end in ends)  # 0 but for rounding
+        most = int(self.impacts.max())
+        after = f"after up to {most} impact{'s' * (most > 1)}" if most else "without an impact"
         return (
             f"{part}{known} of {count} resting places are known, {int(self.settled.sum())} of them with no contact to "
-            f"come, {untouched} without any.{open_}\nThey lie at z = {np.nanmin(self.low):.6g} m to "
-            f"{np.nanmax(self.high):.6g} m, after up to {int(self.impacts.max())} impacts.\nEvidence: {self.evidence}; "
-            "of the rod itself, from these initial data only."
+            f"come, {untouched} without any.{open_}\nThey lie at z = {low:.6g} m to {high:.6g} m, {after}.\n"
+            f"Evidence: {self.evidence}; of the rod itself, from these initial data only."
         )
 
     def _attributes(self) -> dict[str, object]:
