@@ -23,7 +23,7 @@ from fractions import Fraction
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from lure.analysis.deadline import checkpoint
-from lure.analysis.forced.balance import Balanced, Wave, balanced, sampled
+from lure.analysis.forced.balance import PEAK, Balanced, Wave, balanced, sampled
 from lure.analysis.forced.band import BITS, Band, Residual, above, around, peak, residual
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.numerics.polynomial import to_fmpq
@@ -179,7 +179,7 @@ def refined(loop: ForcedLoop, found: Balanced, count: int) -> Balanced:
             if not size > _ENOUGH * max(1.0, float(np.abs(psi).max())) or slow > 3:
                 break
             psi, before = psi + off, size
-    z = sampled((forced - np.einsum("kij,jk->ik", whole, psi))[m:], points)
+    z = sampled((forced - np.einsum("kij,jk->ik", whole, psi))[m:], PEAK * points)
     top = math.sqrt(float((z**2).sum(axis=0).max()))
     return Balanced(found.wave, psi, size, float(np.abs(rest).max()), top)
 

@@ -276,5 +276,7 @@ def _least(axes: Axes, worst: int | None, curve: tuple[Floats, Floats], omega: F
 def _sector_title(lower: float, k: float | None, more: str) -> str:
     end = math.inf if k is None else k
     bracket = ")" if math.isinf(end) else "]"
-    words = f"sector [{number(lower)}, {text_below(end, 7).replace('inf', '∞').replace('-', '−')}{bracket}"
+    short = f"{end:.7g}"  # the double 1.2 is less than 1.2, and 1.199999 is not what was asked about
+    named = short if float(short) == end else text_below(end, 7)
+    words = f"sector [{number(lower)}, {named.replace('inf', '∞').replace('-', '−')}{bracket}"
     return f"{words}, {more}" if more else words

@@ -177,8 +177,8 @@ def _to_look_at(data: xarray.Dataset, study: Mapping[str, Any]) -> Iterator[Poin
     kinds = [("failed", error != ""), *((name.lower(), verdict.values == name) for name in ("REFUTED", "INCONCLUSIVE"))]
     for why, chosen in kinds:
         places = np.flatnonzero(chosen)
-        for place in places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _LISTED)).astype(int))]:
-            yield _point(data, int(place), why, study)
+        few = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _LISTED)).astype(int))]
+        yield from dict.fromkeys(_point(data, int(place), why, study) for place in few)  # one for all its questions
     proved = verdict.values.ravel() == "PROVED"
     for name in _WORST:
         if name in data:

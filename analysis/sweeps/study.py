@@ -272,7 +272,8 @@ class Study:
         if self.draw is not None:
             how = "where the verdict changes," if self.draw.listed else f"drawn ({self.draw.method})"
             varied = f"{self.draw.count} points {how} of {', '.join(self.keys)}"
-        return f"{self.system}, asked for {' and '.join(self.ask)}: {varied}"
+        asked = " and ".join(one for one in (", ".join(self.ask[:-1]), self.ask[-1]) if one)
+        return f"{self.system}, asked for {asked}: {varied}"
 
 
 @lru_cache(maxsize=2)

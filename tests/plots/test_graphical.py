@@ -289,6 +289,11 @@ def test_the_title_never_names_a_larger_sector_than_the_proof():
     assert title.startswith("sector [0, 5.999999]")
 
 
+@pytest.mark.parametrize("k", [1.2, 0.3, 2.3])  # doubles just below what they are written as
+def test_the_title_names_the_sector_asked_about(k):
+    assert nyquist_response("1/(s + 1)", k=k).plot(ax=figure_axes()).get_title() == f"sector [0, {k}]"
+
+
 @pytest.mark.slow
 def test_a_page_has_its_own_figure_its_evidence_and_what_proves_it():
     first, second = popov_response(THIRD)._repr_html_(), popov_response(THIRD, k=5)._repr_html_()

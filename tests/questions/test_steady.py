@@ -48,6 +48,14 @@ def test_a_loop_that_stays_on_its_line_has_the_closed_form_to_all_digits(omega):
     assert found.amplitude.width < 1e-10 * truth
 
 
+# |H| = 1/|(2 + i w)(1 + i w) + 1/2|: between two of 128 samples the peak hid up to 3e-4 of itself, in four digits
+def test_the_computed_amplitude_is_no_sample_beside_the_peak():
+    plant = ([1], [1, 3, 2])
+    row = steady_response(plant, Saturation(gain=F(1, 2), limit=1), {"amplitude": 1, "omega": F(1, 10)}).response[0]
+    assert row.amplitude.low == pytest.approx(1 / abs((2 + 0.1j) * (1 + 0.1j) + 0.5), rel=1e-9)
+    assert row.computed == pytest.approx(row.amplitude.low, rel=3e-6)
+
+
 # sigma = H(0) (w - phi(sigma)), H(0) = 1: w = 2 + phi(2) leads to 2
 @pytest.mark.slow_for("phi1-2.964027580075817")
 @pytest.mark.parametrize(("phi", "w"), [(Saturation(), 3), (Tanh(), 2 + math.tanh(2))])

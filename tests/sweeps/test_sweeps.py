@@ -295,6 +295,24 @@ def test_a_page_has_maps_and_the_points_to_look_at(tmp_path):
     assert "PROVED, the least of all, 1 1/s: decay of the slowest wave mode of the rod, of its linear part" in page
 
 
+# 1/(s^2 - s + 2) is not stable with the gain 0: both questions of one point are refuted, and it is listed once
+@pytest.mark.slow
+def test_a_point_to_look_at_is_listed_once_for_all_its_questions(tmp_path):
+    (tmp_path / "loop.toml").write_text("[plant]\nnum = [1]\nden = [1, -1, 2]\n[class]\nsector = [0, 1]\n")
+    study = study_of({"system": "loop.toml", "ask": ["sector", "class"], "over": {"plant.num": [[1]]}}, folder=tmp_path)
+    assert str(study) == "loop.toml, asked for sector and class: 1 value of plant.num"
+    sweep(study, tmp_path / "loop.zarr")
+    page = page_of(tmp_path / "loop.zarr")
+    assert page.count("<td>refuted</td>") == 1
+    assert "<h1>1 point, asked for sector and class</h1>" in page
+
+
+def test_three_questions_are_listed_with_one_and(tmp_path):
+    (tmp_path / "loop.toml").write_text(LOOP + "[class]\nsector = [0, 1]\n")
+    asked = {"system": "loop.toml", "ask": ["sector", "slope", "rate"], "over": {"plant.num": [[1]]}}
+    assert "asked for sector, slope and rate: 1 value" in str(study_of(asked, folder=tmp_path))
+
+
 @pytest.mark.thorough
 def test_the_points_of_a_page_have_their_reports(tmp_path, lure):
     sweep({**ROD, "over": {"rod.damping": [2e-4]}}, tmp_path / "rods.zarr")

@@ -28,7 +28,9 @@ const power = (exponent) => `10${[...exponent.replace("-", "−")].map((c) => RA
 /** A number for a reader. @param {number} x @param {number} [digits] */
 export function number(x, digits = 4) {
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "−∞";
-  const [mantissa, exponent] = String(Number(x.toPrecision(digits))).replaceAll("-", "−").replace("+", "").split("e");
+  const rounded = Number(x.toPrecision(digits));
+  const written = Math.abs(rounded) < 1e7 ? String(rounded) : rounded.toExponential();  // String would write 21 digits
+  const [mantissa, exponent] = written.replaceAll("-", "−").replace("+", "").split("e");
   return exponent === undefined ? mantissa : `${mantissa}·${power(exponent)}`;
 }
 
