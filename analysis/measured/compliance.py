@@ -441,7 +441,7 @@ def fit_compliance(
     if branch not in (None, "loading", "unloading"):
         raise InputError(f"fit_compliance: branch is {branch!r:.40}; give 'loading' or 'unloading'")
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
-        raise InputError(f"fit_compliance: confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
+        raise InputError(f"confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
     units = measurements.displacement_unit, measurements.unit
     if units[0] != "m" or units[1] not in ("N", "Pa"):
         raise AssumptionError(

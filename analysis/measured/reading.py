@@ -334,7 +334,7 @@ def read_measurements(
     2e-06 0.008 N
     """
     if area is not None and not (isinstance(area, int | float) and math.isfinite(area) and area > 0):
-        raise InputError(f"read_measurements: area is {area!r:.40}; give a positive number of square metres")
+        raise InputError(f"area is {area!r:.40}; give a positive number of square metres")
     name, text = _text(source)
     table = table_of(text)
     notes: list[str] = []

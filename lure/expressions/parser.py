@@ -35,9 +35,11 @@ _HINTS = {
     "\N{MINUS SIGN}": "write the ASCII minus -",
     "\N{EN DASH}": "write the ASCII minus -",
     "\N{MULTIPLICATION SIGN}": "write *",
+    "\N{GREEK SMALL LETTER SIGMA}": "write sigma",
     "\N{MIDDLE DOT}": "write *",
     "\N{GREEK SMALL LETTER PI}": "write pi",
     "\N{SUPERSCRIPT TWO}": "a power is written **2",
+    "\N{SUPERSCRIPT THREE}": "a power is written **3",
 }
 
 Kind = Literal["number", "name", "symbol", "end"]

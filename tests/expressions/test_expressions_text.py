@@ -92,6 +92,8 @@ HOSTILE = [
     ("\N{MATHEMATICAL ITALIC SMALL T}", "not ASCII"),
     ("\N{ARABIC-INDIC DIGIT ONE}", "not ASCII"),
     ("t \N{MINUS SIGN} 1", "write the ASCII minus"),
+    ("tanh(2*\N{GREEK SMALL LETTER SIGMA})", "write sigma"),  # as pages and figures write it
+    ("t\N{SUPERSCRIPT THREE}", r"a power is written \*\*3"),
     ("t\N{NO-BREAK SPACE}+ 1", "not ASCII"),
     ("\ud800", "not ASCII"),
     ("t\f+1", "is not allowed"),
