@@ -439,7 +439,7 @@ def fit_compliance(
     m = 1.50
     """
     if branch not in (None, "loading", "unloading"):
-        raise InputError(f"fit_compliance: branch is {branch!r:.40}; give 'loading' or 'unloading'")
+        raise InputError(f"branch is {branch!r:.40}; give 'loading' or 'unloading'")
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
         raise InputError(f"confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
     units = measurements.displacement_unit, measurements.unit
@@ -455,9 +455,7 @@ def fit_compliance(
         )
     rows = measurements.rows(branch) if branch else np.arange(len(measurements))
     if rows.size < 12:
-        raise InputError(
-            f"fit_compliance: there are {rows.size} rows{f' of {branch}' if branch else ''}; give at least 12"
-        )
+        raise InputError(f"there are {rows.size} rows{f' of {branch}' if branch else ''}; give at least 12")
     used = measurements.taken(rows)
     problem, best, scores, noise = _fitted(used)
     scale = problem.least(best) / problem.degrees

@@ -352,7 +352,7 @@ def read_measurements(
     load_unit = SI[found[1].kind]
     if area is not None:
         if load_unit not in ("N", "Pa"):
-            raise InputError(f"read_measurements: an area goes with a force, but the load is in {load_unit}")
+            raise InputError(f"an area goes with a force, but the load is in {load_unit}")
         if load_unit == "N":
             p, load_unit = p / area, "Pa"
             notes.append(f"The force was divided by the area {area:g} m^2.")

@@ -103,7 +103,7 @@ def report_from_data(
     """
     measurements = source if isinstance(source, Measurements) else read_measurements(source)
     if isinstance(origin, str) and origin != "gap":
-        raise InputError(f"report_from_data: origin is {origin!r:.40}; give a displacement in the SI unit, or 'gap'")
+        raise InputError(f"origin is {origin!r:.40}; give a displacement in the SI unit, or 'gap'")
     try:
         fitted = fit_compliance(measurements, confidence=confidence) if fit or origin == "gap" else None
     except AssumptionError as error:

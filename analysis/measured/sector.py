@@ -373,7 +373,7 @@ def sector_from_data(
     if not (isinstance(confidence, float) and 0.5 <= confidence <= 0.9999):
         raise InputError(f"confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
     if not (isinstance(origin, int | float) and abs(origin) < _FARTHEST):
-        raise InputError(f"sector_from_data: origin is {origin!r:.40}; give a displacement in the SI unit")
+        raise InputError(f"origin is {origin!r:.40}; give a displacement in the SI unit")
     sigma = measurements.displacement - origin
     apart = hysteresis_from_data(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)

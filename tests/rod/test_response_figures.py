@@ -127,6 +127,13 @@ def test_the_places_are_those_found():
     assert axes.collections[0].get_array().data == pytest.approx(ran("places").high)
 
 
+# 'z moves less than 0 m' said what no motion can
+def test_a_rod_that_does_not_move_is_said_not_to_move():
+    regime = replace(ran("seen").regime, kind="rest", range=0.0, seen=64)
+    assert str(regime) == "At rest: z does not move during the 64 periods watched."
+    assert str(replace(regime, range=1e-17)) == "At rest: z moves by 1e-17 m in all during the 64 periods watched."
+
+
 # the bounds of a place at 0 are 0 to rounding, and a number of impacts that is 0 is none
 def test_the_places_are_said_without_rounding_errors_and_without_up_to_0_impacts():
     places = ran("places")

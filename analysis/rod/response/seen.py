@@ -114,7 +114,8 @@ class Regime(Record):
 
     def __str__(self) -> str:
         if self.kind == "rest":
-            return f"At rest: z moves less than {self.range:.3g} m during the {self.seen} periods watched."
+            moved = f"moves by {self.range:.3g} m in all" if self.range else "does not move"
+            return f"At rest: z {moved} during the {self.seen} periods watched."
         if self.multiple is None:
             return (
                 f"Not seen to repeat: no multiple of the period of the force brings z back to better than "
