@@ -186,8 +186,8 @@ def _statement(scheme: UpwindScheme, found: SearchResult, second: SearchResult, 
         return " ".join(filter(None, (said + too, margin, middle)))
     if found.verdict is Verdict.PROVED:
         return (
-            f"{said} {second.meaning}, too ({second.evidence}). Which z depends on the start: the motion converges to "
-            "a half-line of equilibria, to one of its points."
+            f"{said} {second.meaning}, too ({second.evidence}). Where it comes to rest depends on its start: the "
+            "motion converges to one point of a half-line of equilibria."
         )
     if found.verdict is Verdict.REFUTED:
         example = destabilising_example(scheme.rod, None, scheme.rod.nonlinearity.sector)
