@@ -17,6 +17,12 @@ MAX_DIGITS = 1000
 _POINT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _COMMA = re.compile(r"[+-]?(?:[0-9]+,?[0-9]*|,[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 
+_SIGMA, _PHI = (re.compile(rf"(?<![^\W_]){name}(?![^\W_])", re.IGNORECASE) for name in ("(?:sigma|σ)", "(?:phi|φ|ϕ)"))
+_UNIT = r"(?:\s*[\[(][^\])]*[\])])?"
+_COMMENT = re.compile(  # the line of names as numpy.savetxt writes it, with phi before sigma
+    rf"#\s*(?:phi|φ|ϕ){_UNIT}(?:\s*[;,]\s*|\s+)(?:sigma|σ){_UNIT}", re.IGNORECASE
+)
+
 Points = list[tuple[Fraction, Fraction]]
 
 
@@ -27,7 +33,8 @@ def points_from_csv(path: str | Path) -> Points:
     ----------
     path : str or Path
         Text in UTF-8: two columns ``sigma`` and ``phi`` separated by commas, semicolons, tabs or blanks.  One line of
-        names may stand above them, empty lines and lines that start with ``#`` count for nothing.  With semicolons,
+        names may stand above them, and tells the two apart where it names one of them ``sigma`` or ``phi``; empty
+        lines and lines that start with ``#`` count for nothing, but for such a line of names.  With semicolons,
         tabs or blanks between the columns the decimal mark may be a comma.  Points in descending order are turned
         round.
 
@@ -39,14 +46,17 @@ def points_from_csv(path: str | Path) -> Points:
     """
     label = Path(path).name
     lines = [(number, line.strip()) for number, line in enumerate(_text(Path(path), label).splitlines(), start=1)]
+    swapped = any(_COMMENT.fullmatch(line) for _, line in lines)
     lines = [(number, line) for number, line in lines if line and not line.startswith("#")]
     if lines and not any(character.isdigit() for character in lines[0][1]):
-        lines = lines[1:]  # the names of the columns
+        swapped, lines = _swapped(lines[0][1]), lines[1:]  # the names of the columns
     if len(lines) < 2:
-        raise InputError(f"{label} has {len(lines)} points; a nonlinearity needs at least two lines with sigma and phi")
+        count = "1 point" if lines else "no points"
+        raise InputError(f"{label} has {count}; a nonlinearity needs at least two lines with sigma and phi")
     if len(lines) > MAX_POINTS:
         raise InputError(f"{label} has {len(lines)} points; at most {MAX_POINTS} are allowed")
-    points = [(number, *_pair(line, number, label)) for number, line in lines]
+    pairs = [(number, _pair(line, number, label)) for number, line in lines]
+    points = [(number, y, x) if swapped else (number, x, y) for number, (x, y) in pairs]
     if points[0][1] > points[-1][1]:
         points.reverse()
     for (_, before, _), (number, after, _) in pairwise(points):
@@ -56,6 +66,20 @@ def points_from_csv(path: str | Path) -> Points:
                 "ascending order of sigma, each sigma once (a jump, or a loop of hysteresis, is no graph of this kind)"
             )
     return [(x, y) for _, x, y in points]
+
+
+def _swapped(names: str) -> bool:
+    """Whether the names of the columns say that ``phi`` stands before ``sigma``."""
+    columns = [part for part in re.split(r"[;,\t]", names) if part.strip()]
+    if len(columns) != 2:
+        columns = names.split()
+    if len(columns) != 2:  # words and units between blanks
+        sigma, phi = _SIGMA.search(names), _PHI.search(names)
+        return sigma is not None and phi is not None and phi.start() < sigma.start()
+    (first_sigma, second_sigma), (first_phi, second_phi) = (
+        [bool(name.search(column)) for column in columns] for name in (_SIGMA, _PHI)
+    )
+    return (first_phi and not second_phi) or (second_sigma and not first_sigma and not second_phi)
 
 
 def _pair(line: str, number: int, label: str) -> tuple[Fraction, Fraction]:

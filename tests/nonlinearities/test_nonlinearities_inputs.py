@@ -48,6 +48,17 @@ def nonlinearity_entry(text):
         "# a measured valve\nsigma [mm];phi [N]\n-1;-2\n0;0\n\n1;2\n3;2,5\n",
         "\ufeff3\t2.5\r\n1\t2\r\n0\t0\r\n-1\t-2\r\n",
         "-1 -2\n0 0\n1 2\n3 2,5\n",
+        # the names say which column is which, as read the other way the sector was that of the inverse
+        "phi,sigma\n-2,-1\n0,0\n2,1\n2.5,3\n",
+        "\N{GREEK SMALL LETTER PHI} [N];\N{GREEK SMALL LETTER SIGMA} [mm]\n2,5;3\n2;1\n0;0\n-2;-1\n",
+        "phi [N] sigma [mm]\n-2 -1\n0 0\n2 1\n2.5 3\n",
+        "phi(sigma),sigma\n-2,-1\n0,0\n2,1\n2.5,3\n",
+        "force,sigma\n-2,-1\n0,0\n2,1\n2.5,3\n",
+        "Phi,x\n-2,-1\n0,0\n2,1\n2.5,3\n",
+        "# phi [N], sigma [mm]\n-2,-1\n0,0\n2,1\n2.5,3\n",
+        "# phi over sigma, measured\n# sigma phi\n-1 -2\n0 0\n1 2\n3 2.5\n",
+        "sigma,phi(sigma)\n-1,-2\n0,0\n1,2\n3,2.5\n",
+        "x,y\n-1,-2\n0,0\n1,2\n3,2.5\n",
     ],
 )
 def test_a_table_is_read_from_a_csv_file_beside_the_system(tmp_path, content, monkeypatch):
@@ -68,7 +79,7 @@ def test_a_table_is_read_from_a_csv_file_beside_the_system(tmp_path, content, mo
     ("content", "message"),
     [
         (None, "does not exist"),
-        ("0,0\n", "has 1 points; a nonlinearity needs at least two"),
+        ("0,0\n", "has 1 point; a nonlinearity needs at least two"),
         ("0,0\n1,1\n1,2\n", "line 3: sigma is 1 beside 1; give the points in ascending order"),
         ("0,0\n1,1\n0.5,2\n2,2\n", "line 3: sigma is 0.5 beside 1"),
         ("0,1\n1,2\n", r"phi\(0\) = 1; a nonlinearity must vanish at 0"),
