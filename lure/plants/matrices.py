@@ -93,6 +93,8 @@ def checked_matrices(A: object, B: object, C: object, D: object) -> tuple[list[R
         if len(row) != n:
             entries = f"{len(row)} {'entry' if len(row) == 1 else 'entries'}"
             raise InputError(f"A is not square: it has {n} row{'s' * (n != 1)}, and A[{i}] has {entries}")
+    if n > 1 and _nested(B) and len(rows_of(B, "B")) == 1 and len(rows_of(C, "C")) == n:  # each is lenient alone
+        raise InputError(f"B is 1 x {n} and C is {n} x 1, as if C stood before B; give (A, B, C, D) in this order")
     return state, _vector(B, "B", n), _vector(C, "C", n), _direct(D)
 
 
@@ -143,6 +145,13 @@ def _listed(values: object) -> object:
     if hasattr(values, "toarray"):
         values = values.toarray()
     return values.tolist() if hasattr(values, "tolist") else values
+
+
+def _nested(values: object) -> bool:
+    """Whether a matrix is written as rows, not as a plain list."""
+    listed = _listed(values)
+    rows = [] if isinstance(listed, str) or not isinstance(listed, Sequence) else list(map(_listed, listed))
+    return any(isinstance(row, Sequence) and not isinstance(row, str) for row in rows)
 
 
 def rows_of(values: object, name: str) -> list[object]:

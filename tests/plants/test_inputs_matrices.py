@@ -74,6 +74,8 @@ def test_a_change_of_basis_changes_nothing(system, shear, scale):
     ("parts", "said"),
     [
         (([[0, 1]], [0, 1], [1, 0]), "A is not square: it has 1 row, and A\\[0\\] has 2 entries"),
+        (([[0, 1], [-2, -3]], [[1, 0]], [[0], [1]]), "B is 1 x 2 and C is 2 x 1, as if C stood before B; give"),
+        ((np.eye(2), np.ones((1, 2)), np.ones((2, 1)), 0), "as if C stood before B"),
         (([[0, 1], [2]], [0, 1], [1, 0]), "A\\[1\\] has 1 entry"),
         (([[0, 1], 2], [0, 1], [1, 0]), "mixes numbers and lists"),
         (([[0, 1], [-2, -3]], [0, 1, 2], [1, 0]), "B is 1 x 3 and A is 2 x 2; give 2 entries"),
