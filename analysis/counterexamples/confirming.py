@@ -118,14 +118,20 @@ def balanced_starts(loop: BatchLoop, low: float, high: float) -> Starts:
         rates[i], modes[i] = swing[best], vectors[:, best]
     signs = np.flatnonzero(np.sign(rates[1:]) * np.sign(rates[:-1]) < 0)
     chosen = [*signs[:3], int(rates.argmax())] if np.isfinite(rates).any() else []
-    states = []
+    states, texts = [], []
     for i in dict.fromkeys(chosen):
         output = abs(complex(loop.c @ modes[i]) / (1 + gains[i] * loop.d))
         if output > 1e-12 * float(np.abs(modes[i]).max()):
             states.append(amplitudes[i] / output * modes[i].real)
-    texts = tuple("near an oscillation that harmonic balance suggests" for _ in states)
+            told = (
+                "an oscillation that harmonic balance suggests",
+                "the least damped oscillation of one harmonic",
+            )
+            texts.append(f"near {told[i not in signs]}")
     return Starts(
-        states=np.array(states).reshape(len(states), loop.order), texts=texts, large=tuple(False for _ in states)
+        states=np.array(states).reshape(len(states), loop.order),
+        texts=tuple(texts),
+        large=tuple(False for _ in states),
     )
 
 

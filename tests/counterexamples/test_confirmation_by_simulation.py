@@ -25,9 +25,9 @@ from lure import (
     as_plant,
 )
 from lure.analysis import analyse, max_sector
-from lure.analysis.counterexamples.confirming import scales, tried
+from lure.analysis.counterexamples.confirming import balanced_starts, scales, tried
 from lure.analysis.counterexamples.simulated import bracketed_root, simulate_loop
-from lure.analysis.counterexamples.trajectories import Finding
+from lure.analysis.counterexamples.trajectories import BatchLoop, Finding
 from lure.analysis.inequality.gains import gain_intervals
 from lure.analysis.report.loop.observed import observed
 from lure.analysis.report.parts import ContradictionError
@@ -280,3 +280,16 @@ def test_a_slope_just_below_that_of_a_counterexample_is_not_accused_by_its_orbit
     # dt-2: proved up to 1.105648654, refuted from 1.105648656: begun on the orbit of the counterexample, a solution
     # with the proved slope misses itself by 1e-9 after a period, and converges
     assert observed(analyse(builtin_loop("dt-2"))).trajectories
+
+
+# 1/(s^2 + s + 1) with tanh has no balance, as no gain between 0 and 1 leaves a mode undamped; 1/(s(s + 1)(s + 2)) with
+# the gain 9 of a saturation has one, where N(A) = 6
+@pytest.mark.parametrize(
+    ("plant", "phi", "balances"),
+    [(RationalPlant([1], [1, 1, 1]), Tanh(), 0), (RationalPlant([1], [1, 3, 2, 0]), Saturation(gain=9), 1)],
+)
+def test_a_start_is_said_to_be_near_a_balance_only_where_there_is_one(plant, phi, balances):
+    loop = BatchLoop(plant, phi, gain=F(1), budget=10**6)
+    said = balanced_starts(loop, 0.1, 10).texts
+    assert said.count("near an oscillation that harmonic balance suggests") == balances
+    assert said[-1] == "near the least damped oscillation of one harmonic"
