@@ -15,6 +15,7 @@ from lure.analysis.plots.style import (
     VERMILLION,
     axes_or_new,
     finish_axes,
+    note,
     number,
     padded,
 )
@@ -264,9 +265,9 @@ def plot_bifurcation(bifurcation: Bifurcation, *, ax: Axes | None = None) -> Axe
     if axes.lines:
         axes.legend(loc="lower left", markerscale=3.0, **LEGEND)
     start = {"separate": "each value from the same start", "up": "swept up", "down": "swept down"}[bifurcation.order]
-    part = f"\nonly {len(bifurcation.points)} of {len(bifurcation.values)} values done"
-    said = f"g = {shortened(bifurcation.force)}, {start}{'' if bifurcation.complete else part}"
-    axes.set_title(said, fontsize="medium", loc="left")
+    axes.set_title(f"g = {shortened(bifurcation.force)}, {start}", fontsize="medium", loc="left")
+    if not bifurcation.complete:
+        note(axes, f"only {len(bifurcation.points)} of {len(bifurcation.values)} values done", corner="lower right")
     return axes
 
 
