@@ -132,6 +132,8 @@ class _Kernels(WeighedSearch):
         blocks = [block for block in classes.blocks if sloped[block[0]]]
         cone = KernelCone(plant, blocks, [one.odd for one in classes.classes], rate=float(rate))
         wide = np.array([float(v) for v in widths])
+        if not cone.rates:  # no kernel falls faster than it is weighed
+            return
         found = cone.largest(lambda factor: factor * wide, 1.0, 1.001)
         if found is not None and found.factor > 1:
             stated = multiplier(found, widths, rate=rate)

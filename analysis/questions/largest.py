@@ -394,6 +394,7 @@ def _ends(shown: Proved | Refuted) -> list[tuple[Fraction | float, Fraction | fl
 def _needed(shown: Refuted) -> Fraction | float:
     """The upper end of the least class with the nonlinearity of a certificate: that of its own, or a constant gain."""
     proof = shown.certificate["proof"]
+    proof = proof["proof"] if proof["method"] == "member" else proof  # of one plant of a box
     gain = proof["gains"][0] if proof["method"] in ("late-gains", "late-turns") else proof.get("gain")
     return max(high for _, high in _ends(shown)) if gain is None else Fraction(gain)
 

@@ -546,6 +546,13 @@ def test_constant_gains_of_two_channels_that_grow():
     assert "a solution grows at least like exp(1 t); every " in found
 
 
+# a bound of the rates far beyond the plant's own leaves no kernels that it could weigh
+def test_that_no_rate_of_a_stop_is_proved_is_said_not_raised():
+    found = decay_rate(([[-1]], [[1]], [[1]], [[0]]), [NonlinearityClass.hysteretic("stop", F(1, 2))])
+    assert found.proof is None
+    assert str(found).startswith("No rate is proved for")
+
+
 # with the gain g of 1/(s + 1) a pole at -1 - g, of .5/(z - .5) at .5 - .5 g, where g reaches 7e307: numbers that leave
 # the doubles end a search, without a warning
 @pytest.mark.parametrize(

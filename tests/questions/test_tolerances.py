@@ -41,6 +41,14 @@ def test_first_order_plants_reach_the_least_ratio_and_no_farther(a, b, wide, hig
     assert recheck(found.refutation.certificate).accepted
 
 
+# H = 1/(s + a): the gain -33/10, no double, leaves a pole at 33/10 - a > 0, and so no class that holds it is stable
+def test_a_lower_bound_that_is_no_double_and_destabilises_refutes_every_class():
+    found = max_sector(PlantFamily.of_coefficients([1], [1, "a"], {"a": (1, 2)}), lower=Fraction(-33, 10))
+    assert found.verdict is Verdict.REFUTED
+    assert found.refuted_at == -3.3
+    assert found.refutation.certificate["proof"]["proof"]["gain"] == "-33/10"
+
+
 # H = b/(s (s + a) (s + 2)): Routh, k < 2 a (a + 2)/b; Popov's criterion reaches it, and it is least at a corner
 @pytest.mark.slow
 def test_third_order_plants_reach_rouths_limit_at_a_corner():
