@@ -311,11 +311,11 @@ def left_out(outliers: tuple[Outlier, ...]) -> list[str]:
     return [f"Outliers, left out: {shown}{more}."] if outliers else []
 
 
-def _down(value: float) -> str:
+def _down(value: float | Fraction) -> str:
     return rounded(value, "below", 4)
 
 
-def _up(value: float) -> str:
+def _up(value: float | Fraction) -> str:
     return rounded(value, "above", 4)
 
 
@@ -342,12 +342,14 @@ class MeasuredMargin(Record):
     @property
     @derived()
     def margin(self) -> float:
-        """Largest proved upper bound over the measured one, less 1; negative where that is not inside."""
-        if self.proved.verdict is not Verdict.PROVED or self.sector.upper == math.inf:
-            return -1.0 if self.proved.largest.low < math.inf or self.proved.verdict is not Verdict.PROVED else math.inf
-        if self.sector.upper <= 0:
-            return math.inf
-        return float(self.proved.largest.low / float(self.sector.upper)) - 1
+        """By which share of its size the measured upper bound could grow up to the proved one; negative: not inside."""
+        proved, measured = self.proved.largest.low, self.sector.upper
+        if self.proved.verdict is not Verdict.PROVED:
+            return -1.0
+        if math.inf in (proved, measured):
+            return math.inf if proved == math.inf else -1.0
+        room = Fraction(proved) - Fraction(measured)
+        return float(room / abs(Fraction(measured))) if measured else math.inf if room >= 0 else -1.0
 
     @property
     @derived()
@@ -363,7 +365,7 @@ class MeasuredMargin(Record):
             return f"Nothing follows for the loop. {MEMORY}"
         if self.proved.verdict is not Verdict.PROVED:
             return self._not_proved
-        proved = f"[{float(self.proved.lower):.4g}, {text_below(self.proved.largest.low, 6)}]"
+        proved = f"[{_up(self.proved.lower)}, {text_below(self.proved.largest.low, 6)}]"
         low, high = self.measured.domain
         if not self.inside:
             return (
@@ -372,7 +374,7 @@ class MeasuredMargin(Record):
             )
         word = " That the nonlinearity never has the wrong sign is assumed." if self.assume_nonnegative else ""
         where = f"for sigma in [{low:.4g}, {high:.4g}] {self.measured.measurements.displacement_unit}"
-        share = "any amount" if self.margin == math.inf else f"{100 * self.margin:.3g} %"
+        share = "any amount" if self.margin == math.inf else f"{rounded(100 * self.margin, 'below', 3)} %"
         return (
             f"The measured sector {_shown(self.sector)} lies inside the proved one {proved}: its upper bound could "
             f"grow by {share}. The loop is therefore stable in the sense of the theorem if the nonlinearity stays in "
@@ -395,7 +397,7 @@ class MeasuredMargin(Record):
         )
 
     def _page(self) -> Page:
-        margin = "any amount" if math.isinf(self.margin) else f"{100 * self.margin:.3g} %"
+        margin = "any amount" if math.isinf(self.margin) else f"{rounded(100 * self.margin, 'below', 3)} %"
         measured = _interval(float(self.sector.lower), float(self.sector.upper), ("below", "above"))
         rows = [
             ("measured, times gain", measured, self.evidence),
@@ -491,4 +493,4 @@ def _interval(low: float, high: float, towards: tuple[Towards, Towards] = ("abov
 
 
 def _shown(sector: Sector) -> str:
-    return f"[{float(sector.lower):.4g}, {float(sector.upper):.4g}]"
+    return f"[{_down(sector.lower)}, {_up(sector.upper)}]"

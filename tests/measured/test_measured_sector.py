@@ -256,6 +256,20 @@ def test_from_measurement_to_verdict():
     json.dumps(inside.to_dict(), allow_nan=False)
 
 
+# x' = 1.5 x + phi: stable with the gains below -1.5 alone, while the chords are -2 on one side and -1.2 on the other
+def test_a_measured_sector_below_0_is_not_inside_one_that_ends_before_it():
+    u = np.linspace(-1, 1, 60)
+    noise = np.random.default_rng(0).normal(scale=1e-3, size=60)
+    found = sector_from_data(Measurements.from_arrays(u, np.where(u < 0, -1.2, -2) * u + noise))
+    apart = margin_from_data(found, ([-1], [1, -1.5]))
+    assert apart.proved.largest.low == pytest.approx(-1.5)
+    assert apart.margin == pytest.approx(-0.25, abs=0.01)  # (-1.5 + 1.2)/1.2
+    assert not apart.inside
+    wider = margin_from_data(found, ([-1], [1, -1.1]))  # stable below -1.1
+    assert wider.inside
+    assert wider.margin == pytest.approx(1 / 12, abs=0.01)  # (-1.1 + 1.2)/1.2
+
+
 @pytest.mark.slow
 def test_the_report_holds_everything():
     found = report_from_data(EXAMPLE, fit=True, origin="gap")
