@@ -309,6 +309,11 @@ _CORRELATED_READINGS = (
     "Errors of neighbouring rows are correlated ({:.2f}), against what is assumed: intervals are widened as for a "
     "first-order autoregressive sequence, and their confidence is approximate."
 )
+_REPEATED_READINGS = (
+    "Each row is there {} times or more, the same in all digits: rows that are copies are not independent, and count "
+    "once."
+)
+_WIDE_GAP, _UNLIKE = 1 / 4, 8  # of the displacements measured, and times the gap that is usual
 
 
 @one_thread
@@ -346,7 +351,7 @@ def sector_from_data(
     Raises
     ------
     InputError
-        There are too few rows or displacements, or an argument is not as described.
+        There are too few rows or displacements, the load is 0 in all rows, or an argument is not as described.
 
     Notes
     -----
@@ -359,7 +364,8 @@ def sector_from_data(
     60 such sets did not lie inside.
 
     Readings so far off that a hundred clean sets hold one are outliers: named, and left out.  Errors found correlated
-    from row to row widen the intervals as for a first-order autoregressive sequence, with a warning.
+    from row to row widen the intervals as for a first-order autoregressive sequence, with a warning; so do rows that
+    are all there several times, the same in all digits.  A wide gap between the displacements is named.
 
     Examples
     --------
@@ -374,6 +380,10 @@ def sector_from_data(
         raise InputError(f"confidence is {confidence!r:.40}; give a number between 0.5 and 0.9999")
     if not (isinstance(origin, int | float) and abs(origin) < _FARTHEST):
         raise InputError(f"origin is {origin!r:.40}; give a displacement in the SI unit")
+    if not measurements.load.any():
+        raise InputError(
+            f"the load is 0 {measurements.unit} in every row, and nothing is measured; give another column"
+        )
     sigma = measurements.displacement - origin
     apart = hysteresis_from_data(measurements)
     rows = [np.arange(sigma.size)] if apart is None else branch_rows(measurements)
@@ -392,7 +402,11 @@ def sector_from_data(
         for nonlinearity in nonlinearities
         if correlation_of(nonlinearity)
     ]
-    multipliers = tuple(_multiplier(nonlinearity, each) * widening(nonlinearity) for nonlinearity in nonlinearities)
+    times = _times_there(measurements)
+    warnings += [_REPEATED_READINGS.format(times)] * (times > 1) + _unmeasured(sigma, measurements.displacement_unit)
+    multipliers = tuple(
+        _multiplier(nonlinearity, each) * widening(nonlinearity) * math.sqrt(times) for nonlinearity in nonlinearities
+    )
     bounds = [
         _bounds(nonlinearity, multiplier) for nonlinearity, multiplier in zip(nonlinearities, multipliers, strict=True)
     ]
@@ -424,6 +438,25 @@ def sector_from_data(
         warnings=tuple(warnings),
         multipliers=multipliers,
     )
+
+
+def _times_there(measurements: Measurements) -> int:
+    """How often every row is there at least, the same in all digits."""
+    rows = np.column_stack([measurements.displacement, measurements.load])
+    return int(np.unique(rows, axis=0, return_counts=True)[1].min())
+
+
+def _unmeasured(sigma: Array, unit: str) -> list[str]:
+    """That the displacements leave a wide gap, in a sentence, if they do."""
+    places = np.unique(sigma)
+    gaps = np.diff(places)
+    i = int(gaps.argmax())
+    if gaps[i] <= max(_WIDE_GAP * (places[-1] - places[0]), _UNLIKE * float(np.median(gaps))):
+        return []
+    return [
+        f"No row lies between sigma = {places[i]:.3g} and {places[i + 1]:.3g} {unit}: that the nonlinearity is affine "
+        "between its knots there is assumed, and no test of these data can contradict it."
+    ]
 
 
 def _bounds(nonlinearity: MeanNonlinearity, multiplier: float) -> tuple[Bound, Bound, Bound, Bound]:

@@ -270,6 +270,32 @@ def test_a_measured_sector_below_0_is_not_inside_one_that_ends_before_it():
     assert wider.margin == pytest.approx(1 / 12, abs=0.01)  # (-1.1 + 1.2)/1.2
 
 
+def test_a_gap_in_which_nothing_was_measured_is_named():
+    u = np.concatenate([np.linspace(-1, -0.8, 30), np.linspace(0.8, 1, 30)])
+    noise = np.random.default_rng(0).normal(scale=1e-2, size=60)
+    found = sector_from_data(Measurements.from_arrays(u, u + noise))
+    assert [text.partition(":")[0] for text in found.warnings] == ["No row lies between sigma = -0.8 and 0.8 m"]
+    closed = np.linspace(-1, 1, 60)
+    assert not sector_from_data(Measurements.from_arrays(closed, closed + noise)).warnings
+
+
+# four copies have the mean of one of them, and would have half of its error, were they independent
+def test_copies_of_a_file_say_no_more_than_the_file():
+    u = np.linspace(-1, 1, 60)
+    load = u + np.random.default_rng(0).normal(scale=0.1, size=60)
+    once, often = (
+        sector_from_data(Measurements.from_arrays(np.tile(u, n), np.tile(load, n)), pieces=2) for n in (1, 4)
+    )
+    assert "Each row is there 4 times or more" in str(often)
+    assert "Each row" not in str(once)
+    assert often.upper.bound - often.lower.bound > 0.9 * (once.upper.bound - once.lower.bound)
+
+
+def test_a_load_that_is_0_throughout_is_refused():
+    with pytest.raises(InputError, match="the load is 0 N in every row"):
+        sector_from_data(Measurements.from_arrays(X, 0 * X))
+
+
 @pytest.mark.slow
 def test_the_report_holds_everything():
     found = report_from_data(EXAMPLE, fit=True, origin="gap")
