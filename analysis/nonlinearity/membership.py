@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from enum import Enum
 from fractions import Fraction
@@ -190,6 +190,20 @@ def examined(nonlinearity: object, nonlinearity_class: NonlinearityClass | None 
         phi = ExpressionNonlinearity(phi.text, locally_lipschitz=True, **said)
     asked = own if nonlinearity_class is None else nonlinearity_class
     return Examined(nonlinearity=phi, nonlinearity_class=asked, membership=found)
+
+
+def require_members(nonlinearities: Iterable[Nonlinearity], classes: Iterable[NonlinearityClass]) -> None:
+    """Refuse a nonlinearity that lies outside of the class that is given for it, as one of constant gains.
+
+    Raises
+    ------
+    InputError
+        The message names both, and a point where there is one.
+    """
+    for one, own in zip(nonlinearities, classes, strict=False):
+        if own.linear or own.operator or own.memory:
+            raise InputError(f"the class is {own} alone, and {one} is given beside it; leave one of the two out")
+        _ = examined(one, own)
 
 
 def _declared_class(phi: Nonlinearity) -> NonlinearityClass:

@@ -20,6 +20,7 @@ from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.deadline import checkpoint
+from lure.analysis.nonlinearity.membership import require_members
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, places, triangle, triangle_texts
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
@@ -362,6 +363,7 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
         raise InputError("the number c is about states, and the plant is given without; give A, B, C and D")
     source, own = loop, loop.nonlinearity_class if isinstance(loop, LoopSystem) and classes is None else None
     if own is not None:
+        require_members(filter(None, [cast("LoopSystem", loop).nonlinearity]), [own])
         source, classes = block, [own]
     asked = channel_problem(source, classes)
     if asked.kind != "class":

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from lure.analysis.certificates.checker import UNLIMITED
 from lure.analysis.drawing import drawn
+from lure.analysis.nonlinearity.membership import require_members
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, double_below
 from lure.analysis.questions.answers import answer
 from lure.analysis.questions.channel_problem import channel_plants, channel_problem, late_plant
@@ -361,6 +362,8 @@ def _said(plant: object) -> object:
     if not isinstance(plant, LoopSystem) or plant.open:
         raise InputError("no class of nonlinearities is given; give [class] or [nonlinearity], one for each channel")
     one = plant.nonlinearity_class or plant.nonlinearity
+    if plant.nonlinearity is not None and plant.nonlinearity_class is not None:
+        require_members([plant.nonlinearity], [plant.nonlinearity_class])
     return None if one is None else [one]
 
 

@@ -18,7 +18,7 @@ from lure.analysis.forced.band import Band, NotEnclosed, band
 from lure.analysis.forced.existence import Existing, existing
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.forced.samples import Falling, falling, sample_band, settled
-from lure.analysis.nonlinearity.membership import Status, examined, membership
+from lure.analysis.nonlinearity.membership import Status, examined, membership, require_members
 from lure.analysis.numerics.doubles import bound_above, bound_below
 from lure.analysis.questions.channel_problem import channel_plant, channel_problem
 from lure.analysis.questions.decay import RateBound, difference_rate
@@ -412,6 +412,7 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
         sizes = tuple(len(list(block)) for _, block in groupby(tested))
         stated = classes is not None and all(one.linear or one.slope is not None for one in classes.classes)
         classes = classes if classes is not None and stated else Diagonal(own, repeated=sizes)
+        require_members(tested, classes.classes)
     if classes is None:
         raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
     if len(classes.classes) != H.inputs or H.inputs != H.outputs:

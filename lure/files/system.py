@@ -324,7 +324,7 @@ def nonlinearity_of(table: Mapping[str, object]) -> Nonlinearity:
 def _check_member(nonlinearity: Nonlinearity, asked: NonlinearityClass) -> None:
     from lure.nonlinearities import ExpressionNonlinearity, nonlinearity_class
 
-    if asked.rectifier or asked.memory or asked.operator:
+    if asked.linear or asked.rectifier or asked.memory or asked.operator:
         raise InputError(f"the class is {asked} alone, and a nonlinearity is given beside it; leave one of the two out")
     if isinstance(nonlinearity, ExpressionNonlinearity) and not nonlinearity.sector_declared:
         return  # it declares nothing that could be compared: the analysis certifies it, or says that it was given so

@@ -263,7 +263,11 @@ def test_rectifiers_are_read_and_written_back():
             THREE + LIMITS + "[[class]]\nrelu = true\nrepeated = 3\n",
             "the class is phi = max(sigma, 0) alone, and a nonlinearity is given beside it",
         ),
+        (
+            THREE + LIMITS + "[[class]]\ngain = [0, 1]\nrepeated = 3\n",
+            "the class is phi = g sigma, g in [0, 1] alone, and a nonlinearity is given beside it",
+        ),
     ],
 )
-def test_a_rectifier_with_other_properties_is_refused(text, sentence):
+def test_a_rectifier_or_a_gain_with_other_properties_is_refused(text, sentence):
     assert sentence in refusal(parsed, text)

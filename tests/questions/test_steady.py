@@ -7,8 +7,8 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
-from lure import Cubic, DeadZone, InputError, Saturation, SlopeBounds, Tanh
-from lure.analysis import Verdict, steady_response
+from lure import Cubic, DeadZone, InputError, NonlinearityClass, Saturation, SlopeBounds, Tanh, as_plant
+from lure.analysis import Verdict, l2_gain, steady_response
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
 from lure.analysis.forced import balance
@@ -17,7 +17,9 @@ from lure.analysis.forced.band import residual
 from lure.analysis.forced.loop import ForcedLoop
 from lure.analysis.numerics.evidence import Bracket, Evidence
 from lure.analysis.questions.channel_problem import channel_plant
+from lure.analysis.questions.energy import overshoot
 from lure.analysis.questions.steady import SteadyPoint
+from lure.files.system import LoopSystem
 from lure.nonlinearities import ExpressionNonlinearity, PiecewiseLinear
 
 RESONANT = ([1], [1, 1, 1])
@@ -303,6 +305,24 @@ def test_a_subharmonic_refutes_by_itself():
     found = steady_response(([1], [1, F(1, 20), 1]), Cubic(), {"amplitude": 5, "omega": 6})
     assert found.verdict is Verdict.REFUTED
     assert [row.periods for row in found.response if row.evidence is Evidence.CERTIFIED] == [1, 3]
+
+
+# 10 tanh has two steady responses to 3 sin 2t, of amplitudes .458 and 5.03, while every constant gain up to 10 has one;
+# and sigma + sin(5 sigma)/2 has slopes up to 3.5, so that a band for slopes up to 1 holds it not
+@pytest.mark.parametrize(
+    ("formula", "stated", "words"),
+    [
+        ("10*tanh(sigma)", NonlinearityClass.constant_gain(0, 10), "is given beside it"),
+        ("10*tanh(sigma)", NonlinearityClass.varying_gain(0, 10, rate=1), "is given beside it"),
+        ("sigma + sin(5*sigma)/2", NonlinearityClass.slope_restricted(0, 1), "is asked about in a class with"),
+    ],
+)
+@pytest.mark.parametrize("ask", [steady_response, l2_gain, overshoot])
+def test_a_nonlinearity_outside_of_the_class_beside_it_is_refused(formula, stated, words, ask):
+    block, phi = as_plant(([[0, 1], [-1, F(-1, 10)]], [0, 1], [1, 0], 0)), ExpressionNonlinearity(formula)
+    loop = LoopSystem(name="", title="", source="", block=block, nonlinearity=phi, nonlinearity_class=stated)
+    with pytest.raises(InputError, match=words):
+        ask(loop, **({"forcing": {"amplitude": 3, "omega": 2}} if ask is steady_response else {}))
 
 
 @pytest.mark.thorough
