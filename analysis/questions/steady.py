@@ -567,7 +567,8 @@ def _inside(phi: Nonlinearity) -> Fraction:
     bounds = getattr(phi, "slope_bounds", None)
     if bounds is not None and math.inf not in map(abs, (bounds.lower, bounds.upper)):
         return (Fraction(bounds.lower) + Fraction(bounds.upper)) / 2
-    return Fraction(float(phi.slope(0.0))).limit_denominator(1000)  # type: ignore[attr-defined]  # what has an enclosure has one
+    slope = float(phi.slope(0.0))  # type: ignore[attr-defined]  # what has an enclosure has one
+    return Fraction(slope).limit_denominator(1000) if math.isfinite(slope) else Fraction(0)
 
 
 def _point(loop: ForcedLoop, wave: Wave, gain: float) -> tuple[SteadyPoint, str]:

@@ -325,6 +325,12 @@ def test_a_nonlinearity_outside_of_the_class_beside_it_is_refused(formula, state
         ask(loop, **({"forcing": {"amplitude": 3, "omega": 2}} if ask is steady_response else {}))
 
 
+def test_a_root_that_has_no_slope_at_0_is_left_open():
+    found = steady_response(RESONANT, ExpressionNonlinearity("sign(sigma)*abs(sigma)**0.5"), {"constant": 1})
+    assert found.verdict is Verdict.INCONCLUSIVE
+    assert "not bounded" in found.reason
+
+
 @pytest.mark.thorough
 def test_no_second_response_is_invented():  # slopes are not bounded, so that nothing is proved either
     found = steady_response(([1], [1, 1, 1]), Cubic(), {"amplitude": F(1, 10), "omega": 1})
