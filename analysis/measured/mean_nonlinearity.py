@@ -303,6 +303,14 @@ class MeanNonlinearity:
     curved: float = quantity(
         "p-value of the test that twice as many pieces fit no better; small means that the class is contradicted"
     )
+    sparse: bool = quantity(
+        "Whether the rows, or their displacements, are too few for that test to see a nonlinearity bend"
+    )
+
+    @property
+    def resolved(self) -> bool:
+        """Whether there are rows enough to see it bend within its pieces, and it does not."""
+        return not self.sparse and self.curved >= BENT
 
     def __call__(self, sigma: ArrayLike) -> Array:
         """The load [unit of the load] at ``sigma`` [m], elementwise; only between the first knot and the last."""
@@ -430,10 +438,10 @@ def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, f
         settled = misfit(fit.hats, finer) >= BENT
         fit, count = finer, 2 * count
     curved = 1.0 if settled and not pieces else misfit(fit.hats, fitted(2 * count))
-    return _in_units(fit, units, curved)
+    return _in_units(fit, units, curved, sparse=most < 4)
 
 
-def _in_units(fit: HatFit, units: tuple[float, float], curved: float) -> MeanNonlinearity:
+def _in_units(fit: HatFit, units: tuple[float, float], curved: float, *, sparse: bool) -> MeanNonlinearity:
     """The fit in the units of the points."""
     length, force = units
     return MeanNonlinearity(
@@ -445,4 +453,5 @@ def _in_units(fit: HatFit, units: tuple[float, float], curved: float) -> MeanNon
         scores=fit.scores,
         outliers=np.flatnonzero(~fit.kept),
         curved=curved,
+        sparse=sparse,
     )

@@ -109,8 +109,13 @@ class MeasuredSector(Record):
     @property
     @derived()
     def resolved(self) -> bool:
-        """Whether twice as many pieces fit no better; where they do, the bounds are estimates without a confidence."""
-        return all(nonlinearity.curved >= BENT for nonlinearity in self.nonlinearities)
+        """Whether twice as many pieces fit no better, of rows enough to see it; else the bounds are estimates alone."""
+        return all(nonlinearity.resolved for nonlinearity in self.nonlinearities)
+
+    @property
+    def sparse(self) -> bool:
+        """Whether it is not ``resolved`` because the rows are too few, and not because it was seen to bend."""
+        return all(one.curved >= BENT for one in self.nonlinearities) and not self.resolved
 
     @property
     def stated(self) -> bool:
@@ -168,10 +173,11 @@ class MeasuredSector(Record):
         unit = self.measurements.stiffness_unit
         slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
         if not self.resolved:
+            why = "the nonlinearity bends within its pieces, against what is assumed"
+            why = "the rows are too few to see it bend within its pieces" if self.sparse else why
             return (
                 f"F{where[1:]}, the mean nonlinearity is estimated to {self._chords('lie')} and to have "
-                f"{slopes}; no confidence is stated, since the nonlinearity bends within its pieces, against what is "
-                f"assumed, "
+                f"{slopes}; no confidence is stated, since {why}, "
                 "and nothing is known outside this range (observed, not proved)."
             )
         return (

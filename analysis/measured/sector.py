@@ -313,6 +313,10 @@ _REPEATED_READINGS = (
     "Each row is there {} times or more, the same in all digits: rows that are copies are not independent, and count "
     "once."
 )
+_TOO_FEW = (
+    "The rows are too few to see a nonlinearity bend within its pieces, against what is assumed: no confidence is "
+    "stated; measure at least 24 rows at 8 displacements."
+)
 _WIDE_GAP, _UNLIKE = 1 / 4, 8  # of the displacements measured, and times the gap that is usual
 
 
@@ -361,7 +365,7 @@ def sector_from_data(
     on 60 to 120 rows with noise of 0.2 to 5 % of the largest load, at most 4 in 60 simulated sets were given a
     confidence of 95 % and did not lie inside.  Where twice as many pieces fit better, and the rows allow no more of
     them, the nonlinearity is not ``resolved``: the bounds are widened further, and no confidence is stated; up to 10 in
-    60 such sets did not lie inside.
+    60 such sets did not lie inside.  Nor is it with fewer than 24 rows or 8 displacements, of which no bend is seen.
 
     Readings so far off that a hundred clean sets hold one are outliers: named, and left out.  Errors found correlated
     from row to row widen the intervals as for a first-order autoregressive sequence, with a warning; so do rows that
@@ -424,6 +428,8 @@ def sector_from_data(
                 f"the bounds are "
                 "widened by the change of slope from piece to piece, and no confidence is stated; measure more points."
             )
+        elif nonlinearity.sparse and apart is None:
+            warnings.append(_TOO_FEW)
     return MeasuredSector(
         measurements=measurements,
         confidence=confidence,
@@ -471,7 +477,7 @@ def _bounds(nonlinearity: MeanNonlinearity, multiplier: float) -> tuple[Bound, B
         missed / 3,
         nonlinearity.bow() / 3,
     )  # a parabola of slopes rises within its piece by a sixth at most, a peak by more
-    if nonlinearity.curved < BENT:  # the pieces are as many as the rows allow, and too few for the nonlinearity
+    if not nonlinearity.resolved:  # the pieces are as many as the rows allow, and too few for the nonlinearity
         bent, beyond = (missed, np.maximum(0.5 * nonlinearity.bends(), bent[1])), _POORLY * beyond
     for combination, places, shape in (
         (

@@ -84,11 +84,8 @@ def plot_measured(
     _finish(above, below, (float(x[0]), float(x[-1])), f"σ [{data.displacement_unit}]", data)
     confidence = f"{100 * found.confidence:g} %" if found.stated else "no confidence stated"
     if found.memoryless:
-        said = (
-            f"{confidence}, if the assumptions hold"
-            if found.resolved
-            else f"{confidence}: the nonlinearity bends too much"
-        )
+        why = "the rows are too few" if found.sparse else "the nonlinearity bends too much"
+        said = f"{confidence}, if the assumptions hold" if found.resolved else f"{confidence}: {why}"
         note(above, said, corner="lower right")
     else:
         note(above, f"a loop: the element has memory;\n{confidence}", corner="lower right")

@@ -270,6 +270,16 @@ def test_a_measured_sector_below_0_is_not_inside_one_that_ends_before_it():
     assert wider.margin == pytest.approx(1 / 12, abs=0.01)  # (-1.1 + 1.2)/1.2
 
 
+# of 12 rows of a kink in noise the test of the pieces sees none, and the bounds held it in 1 of 3 sets
+@pytest.mark.parametrize(("rows", "places", "sure"), [(12, 12, False), (40, 6, False), (40, 40, True)])
+def test_no_confidence_is_stated_where_the_rows_cannot_show_a_bend(rows, places, sure):
+    u = np.resize(np.linspace(-1, 1, places), rows)
+    found = sector_from_data(Measurements.from_arrays(u, u + np.random.default_rng(0).normal(scale=0.1, size=rows)))
+    assert found.stated is found.resolved is sure
+    assert ("the rows are too few to see it bend" in found.conclusion) is not sure
+    assert any("measure at least 24 rows" in text for text in found.warnings) is not sure
+
+
 def test_a_gap_in_which_nothing_was_measured_is_named():
     u = np.concatenate([np.linspace(-1, -0.8, 30), np.linspace(0.8, 1, 30)])
     noise = np.random.default_rng(0).normal(scale=1e-2, size=60)
