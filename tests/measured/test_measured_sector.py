@@ -212,8 +212,8 @@ def test_exact_data_give_exact_bounds():
     assert found.lower.bound == pytest.approx(0, abs=1)
 
 
-# y = x, 2 x and 0 at whole numbers: not even rounding scatters the loads, and a noise of 0 would divide by itself
-@pytest.mark.parametrize("gain", [0, 1, 2])
+# y = x and 2 x at whole numbers: not even rounding scatters the loads, and a noise of 0 would divide by itself
+@pytest.mark.parametrize("gain", [1, 2])
 def test_data_without_any_scatter_have_bounds_that_are_numbers(gain):
     u = np.arange(20.0)
     found = sector_from_data(Measurements.from_arrays(u, gain * u))
