@@ -277,6 +277,7 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
     assert "equilibria other than 0" in complete_and_check(found).claim
 
 
+@pytest.mark.slow_for("phases-laws-channels-0-sector", "rest-laws-channels-0-sector0", "rest-laws-channels-0-sector1")
 @pytest.mark.parametrize(
     "change",
     [

@@ -268,6 +268,7 @@ def test_a_play_beside_a_slope_from_a_file_and_the_time_varying_circle(tmp_path)
     assert find_system(str(again), []).classes == system.classes
 
 
+@pytest.mark.slow
 def test_what_is_not_covered_beside_memory_is_inconclusive():
     rows = [["1/(s+1)", "0"], ["0", "1/(s+1)"]]
     for link, verdict in (("0", "PROVED"), ("1/(s+2)", "INCONCLUSIVE")):  # side by side, and one driving the other

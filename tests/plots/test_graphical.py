@@ -267,6 +267,7 @@ def covered(axes):
 
 
 @pytest.mark.slow_for("third-order", "kalman-fitts")
+@pytest.mark.slow_for("unstable-lag", "dt-6")
 @pytest.mark.parametrize(
     "name",
     rarely(

@@ -18,6 +18,7 @@ from lure.files.builtin import builtin_loop
 SEVENTH = builtin_loop("ct-7")
 
 
+@pytest.mark.slow
 def test_the_largest_k_tried_is_called_so():
     found = max_slope(SEVENTH.block)
     assert found.search_limited

@@ -443,6 +443,7 @@ def test_an_integrator_without_feedback_does_not_decay():
 
 
 # random loops of both times: what is proved never goes beyond what a member refutes, or no bracket could be made
+@pytest.mark.slow_for("2", "3", "4", "5")
 @pytest.mark.parametrize("seed", range(6))
 def test_random_loops_are_not_contradicted(seed):
     rng = random.Random(seed)

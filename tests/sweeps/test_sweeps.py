@@ -37,6 +37,7 @@ def loops(tmp_path):
     return {"system": "loop.toml", "ask": "sector", "chunk": 1, "over": {"plant.den": [*dens, "nonsense"]}}, tmp_path
 
 
+@pytest.mark.slow
 def test_the_rows_of_rods_are_those_of_the_energy_theorem(tmp_path):
     found = sweep(ROD, tmp_path / "rods.zarr")
     counts = (found.points, found.proved, found.refuted, found.inconclusive, found.failed)
