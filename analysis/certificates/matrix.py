@@ -105,7 +105,7 @@ def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool 
     """The first ``P`` that passes.
 
     ``claim``: what it is to show; ``first``: what to try first; ``close``: whether to go on where the frequency
-    inequality leaves less room than doubles can tell.
+    inequality leaves less room than doubles can tell, and to believe no ``P`` that is sure in doubles alone.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def proof_by_matrix(claim: Claim, first: Iterable[Rounded] = (), *, close: bool 
             "exponent": P.exponent,
             "zero": zero,
         }
-        if P.sure or len(P.rows) > MOST_IN_BALLS:
+        if (P.sure and not close) or len(P.rows) > MOST_IN_BALLS:
             return proof
         try:
             matrix_facts(claim.A, claim.b, claim.c, claim.d, claim.width, claim.theta, claim.discrete, proof)

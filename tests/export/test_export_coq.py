@@ -283,6 +283,18 @@ def test_every_kept_certificate_is_exported_and_compiles_or_is_refused(name, lib
         assert ok, said
 
 
+# the circle criterion ends at .8956675152815 for this plant; so close by a P that doubles are sure of is none
+@pytest.mark.slow
+def test_close_to_the_end_of_the_criterion_a_form_is_found_in_exact_numbers():
+    top, bottom = ["400", "-200", "400"], ["1", "60", "1100", "6000"]
+    plant = {"kind": "transfer", "time": "continuous", "numerator": top, "denominator": bottom}
+    end = "4033727888069593/4503599627370496"
+    laws = {"sector": ["0", end], "slope": None, "odd": False, "time_varying": True, "linear": False}
+    draft = {"verdict": "PROVED", "system": plant, "laws": laws, "theorem": "circle", "multiplier": {}}
+    text = coq_text(complete_and_check(draft | {"proof": {"method": "polynomial"}}))
+    assert f"in_sector 0 ({end.replace('/', ' / ')}) (phi t)" in text
+
+
 def slopes(system, upper, theorem, multiplier):
     """A draft for slopes in [0, upper]."""
     ends = ["0", upper]
