@@ -60,19 +60,22 @@ class KernelRate(Kernels):
 
     def weighed(self) -> list[str]:
         """That the kernels of a row and of a column weigh no more than they may."""
-        named = "fold_right fst snd Nat.eqb kernel_at pow nth gamma theta ends of"
-        lines, facts, a = ["  - intros i I."], list[str](), number(self.rate)
-        for rate in dict.fromkeys(k.rate for k in self.kernels if k.order):
-            for shift, moved in ((a, self.rate), (f"- {a}", -self.rate)):
-                for sign, b in (("+", rate + moved), ("-", rate - moved)):
-                    facts.append(f"W{len(facts)}")
-                    share = f"{number(rate)} / ({number(rate)} {sign} {shift})"
-                    lines.append(f"    assert ({facts[-1]} : {share} = {number(rate / b)}) by field.")
-        known = f"rewrite ?{', ?'.join(facts)}; lra" if facts else "lra"
+        lines, a = ["  - intros i I."], number(self.rate)
+        for j, (*_, c, rate, order, side) in enumerate(self.kernels):
+            one, sign = (
+                f"({number(c)}, {number(rate)}, {order}%nat, {str(side > 0).lower()})",
+                "left" if c < 0 else "right",
+            )
+            for name, shift, moved in (("R", a, self.rate), ("C", f"(- {a})", -self.rate)):
+                weight = abs(c) * (rate / (rate + side * moved) if order else 1) ** order
+                lines.append(f"    assert ({name}{j} : kernel_at {shift} {one} = {number(weight)})")
+                lines.append(f"      by (unfold kernel_at; rewrite Rabs_{sign} by lra; cbn [pow]; field).")
+        named = "unfold weigh_if, weigh, multiplier_; cbn [fold_right fst snd Nat.eqb nth gamma theta ends of]"
         for i in range(self.m):
+            row = "".join(f"rewrite ?R{j}; " for j, k in enumerate(self.kernels) if k.row == i)
+            column = "".join(f"rewrite ?C{j}; " for j, k in enumerate(self.kernels) if k.column == i)
             lines.append("    destruct i as [|i].")
-            lines.append(f"    {{ unfold weigh_if, weigh, multiplier_; cbn [{named}]; {self.signed(i)}.")
-            lines.append(f"      split; {known}. }}")
+            lines.append(f"    {{ {named}; split; [{row}lra|{column}lra]. }}")
         return [*lines, "    lia."]
 
 

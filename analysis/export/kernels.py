@@ -495,9 +495,9 @@ class Kernels:
             f"  - unfold multiplier_; {listed}.",
         ]
 
-    def signed(self, i: int | None = None) -> str:
-        """What the absolute values of the kernels are, of a row or column ``i`` alone."""
-        signs = dict.fromkeys(k.coefficient for k in self.kernels if i is None or i in (k.row, k.column))
+    def signed(self) -> str:
+        """What the absolute values of the kernels are."""
+        signs = dict.fromkeys(k.coefficient for k in self.kernels)
         return "; ".join(f"rewrite ?(Rabs_{'left' if c < 0 else 'right'} {number(c)}) by lra" for c in signs) or "idtac"
 
     @property
