@@ -321,8 +321,7 @@ def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
     InputError
         Two are the same; one exists, is a directory, or lies in a directory that does not exist or is read-only.
     """
-    if len({os.path.abspath(path) for path in paths}) < len(paths):
-        raise InputError(f"{str(paths[-1])!r} is given for two results; give each a name of its own")
+    require_distinct(paths)
     for path in paths:
         try:
             _check_target(path, replace=replace)
@@ -333,6 +332,18 @@ def check_targets(paths: Sequence[Path], *, replace: bool) -> None:
             raise
         except (OSError, ValueError) as error:  # ValueError: a NUL byte
             raise InputError(unwritable(path, error, "another place")) from None
+
+
+def require_distinct(paths: Sequence[Path]) -> None:
+    """Refuse one file for two results.
+
+    Raises
+    ------
+    InputError
+        Two are the same.
+    """
+    if len({os.path.abspath(path) for path in paths}) < len(paths):
+        raise InputError(f"{str(paths[-1])!r} is given for two results; give each a name of its own")
 
 
 def _check_target(path: Path, *, replace: bool) -> None:

@@ -170,8 +170,10 @@ def check_target(*paths: Path | None, force: bool) -> None:
         Two are the same; one exists, is a directory, or lies in none.
     """
     given = [path for path in paths if path is not None]
-    if len({os.path.abspath(path) for path in given}) < len(given):
-        raise InputError(f"{str(given[-1])!r} is given for two results; give each a name of its own")
+    if len(given) > 1:
+        from lure.analysis.output import require_distinct
+
+        require_distinct(given)
     for path in given:
         _check_target(path, force=force)
 

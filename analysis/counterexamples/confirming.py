@@ -123,11 +123,8 @@ def balanced_starts(loop: BatchLoop, low: float, high: float) -> Starts:
         output = abs(complex(loop.c @ modes[i]) / (1 + gains[i] * loop.d))
         if output > 1e-12 * float(np.abs(modes[i]).max()):
             states.append(amplitudes[i] / output * modes[i].real)
-            told = (
-                "an oscillation that harmonic balance suggests",
-                "the least damped oscillation of one harmonic",
-            )
-            texts.append(f"near {told[i not in signs]}")
+            suggested = "an oscillation that harmonic balance suggests"
+            texts.append(f"near {suggested if i in signs else 'the least damped oscillation of one harmonic'}")
     return Starts(
         states=np.array(states).reshape(len(states), loop.order),
         texts=tuple(texts),

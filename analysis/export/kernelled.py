@@ -62,10 +62,8 @@ class KernelRate(Kernels):
         """That the kernels of a row and of a column weigh no more than they may."""
         lines, a = ["  - intros i I."], number(self.rate)
         for j, (*_, c, rate, order, side) in enumerate(self.kernels):
-            one, sign = (
-                f"({number(c)}, {number(rate)}, {order}%nat, {str(side > 0).lower()})",
-                "left" if c < 0 else "right",
-            )
+            one = f"({number(c)}, {number(rate)}, {order}%nat, {str(side > 0).lower()})"
+            sign = "left" if c < 0 else "right"
             for name, shift, moved in (("R", a, self.rate), ("C", f"(- {a})", -self.rate)):
                 weight = abs(c) * (rate / (rate + side * moved) if order else 1) ** order
                 lines.append(f"    assert ({name}{j} : kernel_at {shift} {one} = {number(weight)})")

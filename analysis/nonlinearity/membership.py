@@ -37,7 +37,7 @@ from lure.nonlinearities import (
 from lure.nonlinearities import nonlinearity_class as smallest_class
 from lure.nonlinearities.base import NamedNonlinearity, Nonlinearity
 from lure.nonlinearities.formula import VARIABLE
-from lure.nonlinearities.properties import nonlinearity_text
+from lure.nonlinearities.properties import nonlinearity_text, require_given_alone
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.nonlinearities.shifted import shifted_bound
 from lure.record import described, quantity
@@ -201,9 +201,8 @@ def require_members(nonlinearities: Iterable[Nonlinearity], classes: Iterable[No
         The message names both, and a point where there is one.
     """
     for one, own in zip(nonlinearities, classes, strict=False):
-        if own.linear or own.operator or own.memory:
-            raise InputError(f"the class is {own} alone, and {one} is given beside it; leave one of the two out")
-        _ = examined(one, own)
+        require_given_alone(own)
+        examined(one, own)
 
 
 def _declared_class(phi: Nonlinearity) -> NonlinearityClass:

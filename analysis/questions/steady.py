@@ -409,10 +409,10 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
             examined(as_nonlinearity(ExpressionNonlinearity(one) if isinstance(one, str) else one)) for one in known
         ]
         tested, own = tuple(one.nonlinearity for one in checked), tuple(one.nonlinearity_class for one in checked)
-        sizes = tuple(len(list(block)) for _, block in groupby(tested))
-        stated = classes is not None and all(one.linear or one.slope is not None for one in classes.classes)
-        classes = classes if classes is not None and stated else Diagonal(own, repeated=sizes)
-        require_members(tested, classes.classes)
+        if classes is not None and all(one.linear or one.slope is not None for one in classes.classes):
+            require_members(tested, classes.classes)
+        else:
+            classes = Diagonal(own, repeated=tuple(len(list(block)) for _, block in groupby(tested)))
     if classes is None:
         raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
     if len(classes.classes) != H.inputs or H.inputs != H.outputs:

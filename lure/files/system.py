@@ -323,9 +323,9 @@ def nonlinearity_of(table: Mapping[str, object]) -> Nonlinearity:
 
 def _check_member(nonlinearity: Nonlinearity, asked: NonlinearityClass) -> None:
     from lure.nonlinearities import ExpressionNonlinearity, nonlinearity_class
+    from lure.nonlinearities.properties import require_given_alone
 
-    if asked.linear or asked.rectifier or asked.memory or asked.operator:
-        raise InputError(f"the class is {asked} alone, and a nonlinearity is given beside it; leave one of the two out")
+    require_given_alone(asked)
     if isinstance(nonlinearity, ExpressionNonlinearity) and not nonlinearity.sector_declared:
         return  # it declares nothing that could be compared: the analysis certifies it, or says that it was given so
     known = nonlinearity_class(nonlinearity)

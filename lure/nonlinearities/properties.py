@@ -329,6 +329,18 @@ def nonlinearity_class(nonlinearity: Nonlinearity) -> NonlinearityClass:
     return NonlinearityClass(sector=sector, slope=slope, odd=known.odd.value)
 
 
+def require_given_alone(asked: NonlinearityClass) -> None:
+    """Refuse a class beside which no nonlinearity may be given: constant gains, ReLUs, operators, play and stop.
+
+    Raises
+    ------
+    InputError
+        It is one of these.
+    """
+    if asked.linear or asked.rectifier or asked.memory or asked.operator:
+        raise InputError(f"the class is {asked} alone, and a nonlinearity is given beside it; leave one of the two out")
+
+
 def _all(nonlinearity: Nonlinearity, provenance: Provenance, how: str) -> Properties:
     """Every property of the nonlinearity with one provenance; what the nonlinearity does not say is not known."""
 

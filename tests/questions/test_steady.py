@@ -314,6 +314,7 @@ def test_a_subharmonic_refutes_by_itself():
     [
         ("10*tanh(sigma)", NonlinearityClass.constant_gain(0, 10), "is given beside it"),
         ("10*tanh(sigma)", NonlinearityClass.varying_gain(0, 10, rate=1), "is given beside it"),
+        ("tanh(sigma)", NonlinearityClass.relu(), "is given beside it"),
         ("sigma + sin(5*sigma)/2", NonlinearityClass.slope_restricted(0, 1), "is asked about in a class with"),
     ],
 )
