@@ -72,6 +72,12 @@ class LoopSystem(Record):
     _kind = "loop system"
     _notes = ("sigma = H mu, mu = -phi(sigma); lure.analysis.analyse(system) decides.",)
 
+    def __post_init__(self) -> None:
+        if self.nonlinearity is not None and self.nonlinearity_class is not None:
+            from lure.nonlinearities.properties import require_given_alone
+
+            require_given_alone(self.nonlinearity_class)
+
     def to_control(self, *, pade: int | None = None) -> control.NonlinearIOSystem:
         """The closed loop with the nonlinearity; see :meth:`lure.Loop.to_control`.
 

@@ -7,7 +7,7 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
-from lure import Cubic, DeadZone, InputError, NonlinearityClass, Saturation, SlopeBounds, Tanh, as_plant
+from lure import Cubic, DeadZone, InputError, NonlinearityClass, Saturation, SlopeBounds, Tanh, as_plant, certify
 from lure.analysis import Verdict, l2_gain, steady_response
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.cli import main
@@ -318,12 +318,13 @@ def test_a_subharmonic_refutes_by_itself():
         ("sigma + sin(5*sigma)/2", NonlinearityClass.slope_restricted(0, 1), "is asked about in a class with"),
     ],
 )
-@pytest.mark.parametrize("ask", [steady_response, l2_gain, overshoot])
+@pytest.mark.parametrize("ask", [steady_response, l2_gain, overshoot, certify])
 def test_a_nonlinearity_outside_of_the_class_beside_it_is_refused(formula, stated, words, ask):
-    block, phi = as_plant(([[0, 1], [-1, F(-1, 10)]], [0, 1], [1, 0], 0)), ExpressionNonlinearity(formula)
-    loop = LoopSystem(name="", title="", source="", block=block, nonlinearity=phi, nonlinearity_class=stated)
+    block = as_plant(([[0, 1], [-1, F(-1, 10)]], [0, 1], [1, 0], 0))
+    given = {"block": block, "nonlinearity": ExpressionNonlinearity(formula), "nonlinearity_class": stated}
+    forced = {"forcing": {"amplitude": 3, "omega": 2}} if ask is steady_response else {}
     with pytest.raises(InputError, match=words):
-        ask(loop, **({"forcing": {"amplitude": 3, "omega": 2}} if ask is steady_response else {}))
+        ask(LoopSystem(name="", title="", source="", **given), **forced)
 
 
 def test_a_root_that_has_no_slope_at_0_is_left_open():
