@@ -413,8 +413,6 @@ Proof.
 Qed.
 Lemma worst_more : forall m K e E, (e <= E)%Z -> (0 <= e)%Z -> (0 <= worst m K e <= worst m K E)%Z.
 Proof. intros m; induction K as [|K IH]; intros e E L N; cbn [worst]; [lia|]; apply IH; unfold worse; lia. Qed.
-Lemma worst_later : forall m K e, worst m (S K) e = worse m (worst m K e).
-Proof. intros m; induction K as [|K IH]; intro e; [reflexivity|]; cbn [worst] in *; now rewrite IH. Qed.
 Lemma walk_later : forall A p q m K v e, walk A p q m (S K) v e <> None -> exists w, walk A p q m K v e = Some w /\ fits m w (worst m K e) = true.
 Proof.
   intros A p q m; induction K as [|K IH]; intros v e H; cbn [walk] in H.

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -12,7 +15,13 @@ from lure.analysis.export.quadratic import Loop
 from lure.analysis.wording import plain
 from lure.errors import InputError
 
-WIDTH = 118
+WIDTH, HEADING = 118, "(* ----"
+NAME, COMMENT = re.compile(r"[A-Za-z_][\w']*"), re.compile(r"\(\*.*?\*\)", re.DOTALL)
+SENTENCE = r"Definition|Fixpoint|Inductive|Lemma|Record|Theorem"
+FIRST = re.compile(rf"^(?=\(\*|(?:{SENTENCE}|Open|Require|Section)\b)", re.MULTILINE)
+GIVEN = re.compile(rf"^(?:{SENTENCE}) ([\w']+)", re.MULTILINE)
+TYPE = re.compile(r"^(?:Inductive|Record) [^.]*", re.MULTILINE)
+OF_TYPE = re.compile(r"(?:[|{;]|:=) *([\w']+)")
 
 
 def refused(reason: str) -> InputError:
@@ -33,11 +42,11 @@ def whole_file(claim: str, origin: str, libraries: Iterable[str], parts: Iterabl
     origin : str
         The theorem and the method of the certificate.
     libraries : iterable of str
-        Files beside this one.
+        Files beside this one, of which the file holds what it uses.
     parts : iterable of str
         Definitions and the theorem ``stable`` or ``moves``, which is the last.
     """
-    room, parts = files(__package__ or ""), list(parts)
+    parts = list(parts)
     name = parts[-1].split()[1]
     head = textwrap.wrap(
         f"The certificate ({origin}) says: {plain(claim)}.  What this file proves is the theorem `{name}` at the end, "
@@ -45,15 +54,56 @@ def whole_file(claim: str, origin: str, libraries: Iterable[str], parts: Iterabl
         "coqc, 8.16 or later.",
         WIDTH - 3,
     )
-    library = [room.joinpath(one).read_text("utf-8") for one in dict.fromkeys(libraries)]
     body = [
         "(* " + "\n   ".join(head) + " *)",
-        *library,
+        needed(dict.fromkeys(libraries), "\n".join(parts)),
         "(* ---- This loop ---- *)",
         *parts,
         f"Print Assumptions {name}.",
     ]
     return "\n\n".join(part.strip("\n") for part in body) + "\n"
+
+
+def words(text: str) -> list[str]:
+    """The names in a text of Coq, without comments."""
+    return NAME.findall(COMMENT.sub("", text))
+
+
+@cache
+def sentences(library: str) -> list[tuple[str, list[str], list[str]]]:
+    """What a file of lemmas consists of: each sentence with its proof, or a whole section; what it names, what it uses.
+
+    A comment belongs to the sentence after it; a heading stands alone.
+    """
+    text = files(__package__ or "").joinpath(library).read_text("utf-8")
+    found, held = list[tuple[str, list[str], list[str]]](), ""
+    for part in filter(None, FIRST.split(text)):
+        held += part
+        section = re.search(r"^Section (\w+)\.", held, re.MULTILINE)
+        if not part.startswith(HEADING) and (part.startswith("(*") or (section and f"\nEnd {section[1]}." not in held)):
+            continue
+        names = [*GIVEN.findall(held), *(name for one in TYPE.findall(held) for name in OF_TYPE.findall(one))]
+        found.append((held, names, words(held)))
+        held = ""
+    return found
+
+
+def needed(libraries: Iterable[str], text: str) -> str:
+    """Of files of lemmas what a text uses, and what that uses, in their order and beneath their headings."""
+    parts = [one for library in libraries for one in sentences(library)]
+    places = defaultdict[str, list[int]](list)
+    for i, (_, names, _) in enumerate(parts):
+        for name in names:
+            places[name].append(i)
+    kept, used = {i for i, (_, names, _) in enumerate(parts) if not names}, words(text)
+    while used:
+        new = {i for name in used if name in places for i in places[name]} - kept
+        kept |= new
+        used = [name for i in new for name in parts[i][2]]
+    shown = [parts[i][0] for i in sorted(kept)]
+    under = zip(shown, [*shown[1:], HEADING], strict=True)
+    shown = [one for one, after in under if not (one.startswith(HEADING) and after.startswith(HEADING))]
+    return re.sub(r"\n{3,}", "\n\n", "".join("\n" * one.startswith(HEADING) + one for one in shown))
 
 
 def folded(text: str) -> str:

@@ -8,5 +8,5 @@ from replayed import common
 
 @pytest.fixture(scope="session")
 def library(tmp_path_factory):
-    """The folder in which the parts that a file begins with are compiled."""
-    return cache(lambda parts: common(tmp_path_factory.mktemp("coq"), parts))
+    """The folder in which the lemmas that a file begins with are compiled."""
+    return cache(lambda lemmas: common(tmp_path_factory.mktemp("coq"), lemmas))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from plants import ODD, SIXTH, TURNED
-from replayed import KEPT, LOOP, changed, compiled, needs_coq, proved, resting_on_axioms
+from replayed import KEPT, LOOP, changed, compiled, names, needs_coq, proved, resting_on_axioms
 
 from lure import RationalPlant
 from lure.analysis import analyse, certify
@@ -51,6 +51,16 @@ def test_popov_in_the_critical_case_compiles_and_rests_on_the_axioms_of_the_real
     for right, wrong in (("tends_to (xi 0%nat) c", "tends_to (xi 0%nat) 0"), ("0 * c = - phi", "1 * c = - phi")):
         assert not compiled(library, changed(text, right, wrong))[0]
     assert resting_on_axioms(said)
+
+
+def test_a_file_holds_no_lemma_that_nothing_after_it_uses():
+    text = coq_text(popov())
+    found = names(text.partition(LOOP)[0])
+    assert {"qf_add", "tends_to"} < {*found}
+    for name in found:
+        after = re.split(rf"^\w+ {name}\b", text, maxsplit=1, flags=re.MULTILINE)[1]
+        assert re.search(rf"\b{name}\b", after), name
+    assert text.count("(* ----") > 4 and not re.search(r"---- \*\)\s+\(\* ----", text)  # headings with lemmas below
 
 
 # The denominator of 2/(s^3 + 3 s^2 + 2 s - 1) with the gain 1/2 is s^3 + 3 s^2 + 2 s, as that of THIRD.

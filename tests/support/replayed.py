@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import subprocess
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -12,26 +11,6 @@ import pytest
 from lure.analysis.certificates.drafts import complete_and_check
 
 KEPT = json.loads((Path(__file__).parent / "certificates.json").read_text("utf-8"))
-LIBRARIES = (
-    *("forms", "flow", "orbits", "frequencies", "rates", "modes", "cones", "blocks", "orders", "circle"),
-    *(
-        "switching",
-        "definite",
-        "powers",
-        "feedthrough",
-        "members",
-        "gains",
-        "regions",
-        "pieces",
-        "waves",
-        "critical",
-        "steps",
-    ),
-    *("stays", "jumps", "paces", "beyond", "driven", "interval", "everywhere"),
-    *("enclosures", "contraction", "returns", "slopes", "coupled", "slower"),
-    *("kernels", "kernelled"),
-)
-PARTS = [(files("lure.analysis.export") / f"{name}.v").read_text("utf-8") for name in LIBRARIES]
 LOOP = "(* ---- This loop ---- *)"
 AXIOMS = {
     "ClassicalDedekindReals.sig_not_dec",
@@ -42,9 +21,9 @@ AXIOMS = {
 needs_coq = pytest.mark.skipif(shutil.which("coqc") is None, reason="coqc is not installed (Debian: apt install coq)")
 
 
-def common(folder, parts):
-    """The parts that a file begins with, compiled in a folder."""
-    (folder / "common.v").write_text("\n".join(PARTS[part] for part in parts))
+def common(folder, lemmas):
+    """The lemmas that a file begins with, compiled in a folder."""
+    (folder / "common.v").write_text(lemmas)
     subprocess.run(["coqc", "common.v"], cwd=folder, check=True, capture_output=True)
     return folder
 
@@ -59,7 +38,7 @@ def compiled(library, text):
     """Whether what is about the loop compiles, and what was printed; the whole file must define no name twice."""
     first, _, own = text.partition(LOOP)
     assert len(found := names(text)) == len({*found}), "a name is defined twice, which coqc refuses in one file"
-    folder = library(tuple(part for part, lines in enumerate(PARTS) if lines.strip() in first))
+    folder = library(first.partition("*)")[2])
     head = "Require Import Reals ZArith List Lra Lia Bool common.\nImport ListNotations.\nOpen Scope R_scope.\n"
     (folder / "loop.v").write_text(head + own)
     found = subprocess.run(["coqc", "loop.v"], cwd=folder, capture_output=True, text=True, check=False)
