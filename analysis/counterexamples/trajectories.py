@@ -28,6 +28,10 @@ _ABSOLUTE = 1e-4
 """Absolute tolerance of the integrator, relative to its relative one and the size of a coordinate."""
 
 
+_ESCAPED = 1e14
+"""Growth in one stretch after which a solution is followed no further."""
+
+
 class Finding(Enum):
     """What one simulated solution does."""
 
@@ -204,13 +208,18 @@ class BatchLoop:
         runs, n = states.shape
         times = np.linspace(0.0, span, samples)
         size = np.abs(states).max(axis=1, keepdims=True)
+        far, fastest = _ESCAPED * size, _ESCAPED**1.5 * size
 
         def velocity(flat: Reals, _: float) -> Reals:
-            """Right-hand side, the solutions one after the other; 0 where ``sigma`` does not exist."""
+            """Right-hand side, the solutions one after the other; 0 where ``sigma`` does not exist.
+
+            Its size is bounded: a solution that escapes in finite time would stop all others.
+            """
             x = flat.reshape(runs, n)
             phi = self.sigma_of(x)[1]
             with np.errstate(all="ignore"):
                 rates = x @ self.A.T - phi[:, None] * self.b
+                rates /= 1 + np.abs(rates).max(axis=1, keepdims=True) / fastest
             if not math.isfinite(float(rates.sum())):
                 rates[~np.isfinite(rates).all(axis=1)] = 0.0
             return np.asarray(rates.ravel())
@@ -229,6 +238,8 @@ class BatchLoop:
                 return times, np.concatenate(singles)
             reached = 1 + int(np.count_nonzero(np.asarray(info["tcur"]) >= times[1:]))
             path[:, reached:] = np.nan
+        beyond = np.abs(path).max(axis=2) > far
+        path[np.maximum.accumulate(beyond, axis=1) & np.roll(beyond, 1, axis=1)] = np.nan  # the first such sample tells
         return times, path
 
 

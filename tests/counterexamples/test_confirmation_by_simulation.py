@@ -293,3 +293,11 @@ def test_a_start_is_said_to_be_near_a_balance_only_where_there_is_one(plant, phi
     said = balanced_starts(loop, 0.1, 10).texts
     assert said.count("near an oscillation that harmonic balance suggests") == balances
     assert said[-1] == "near the least damped oscillation of one harmonic"
+
+
+@pytest.mark.parametrize("den", [[1, 1, 1], [1, 3, 3, 1]])
+def test_solutions_that_escape_in_finite_time_do_not_end_the_others(den):
+    # With phi = sigma - sigma^3 a large sigma grows as 1/(T - t) does; a small one decays, as phi is near sigma there.
+    found = tried(RationalPlant([1], den), lambda s: s - s**3)
+    assert found.count(Finding.OPEN) == 0
+    assert found.count(Finding.GROWS) >= 8 and found.count(Finding.CONVERGES) >= 3
