@@ -75,7 +75,7 @@ def sweep(
     out.results(found.to_dict(), [str(found)])
     if not as_json and not quiet:
         print(f'Open it: xarray.open_zarr("{target}"); a page: lure sweep {target} --report')
-    return 0
+    return 2 if found.failed == found.answers else 0  # nothing is said of any point
 
 
 def _reports_beside(page: Path) -> Callable[[int, str, Sequence[str]], str]:

@@ -328,7 +328,8 @@ point that fails is a row with its sentence in the variable error. One row in
 1000, at least one, is computed again and rechecked before the run ends.
 
 \b
-Exit status: 0 all points are done, 2 bad input, 130 interrupted.
+Exit status: 0 all points are done, 2 bad input or every point failed,
+130 interrupted.
 """
 
 REGION = """Say from which states a loop recovers.

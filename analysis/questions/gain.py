@@ -388,8 +388,8 @@ def _at_the_input(plant: object) -> Performance:
         raise InputError(
             "the L2 gain is asked of w and z, which are not given beside parameters; give [performance] with Bw and Cz"
         )
-    sides = {"Dzw": H.D, "Dzmu": H.D, "Dsigmaw": H.D} | ({"Bw": H.B, "Cz": H.C} if H.order else {})
-    found = Performance.given(sides)
+    sides: dict[str, Any] = {"Dzw": H.D, "Dzmu": H.D, "Dsigmaw": H.D} | ({"Bw": H.B, "Cz": H.C} if H.order else {})
+    found = Performance(**sides)
     return found if late is None else replace(found, late=late.late)
 
 
@@ -406,10 +406,10 @@ def _last_channels(plant: object, m: int) -> tuple[object, Performance | None]:
     if not isinstance(H, MultivariablePlant) or H.inputs <= m or H.outputs <= m:
         return plant, None
     own = replace(H, B=tuple(row[:m] for row in H.B), C=H.C[:m], D=tuple(row[:m] for row in H.D[:m]), names=H.names[:m])
-    sides = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}
+    sides: dict[str, Any] = {"Dzw": tuple(row[m:] for row in H.D[m:]), "Dzmu": tuple(row[:m] for row in H.D[m:])}
     sides |= {"Dsigmaw": tuple(row[m:] for row in H.D[:m])}
     sides |= {"Bw": tuple(row[m:] for row in H.B), "Cz": H.C[m:]} if H.order else {}
-    return own, Performance.given(sides)
+    return own, Performance(**sides)
 
 
 def _unit(H: MultivariablePlant | DelayMatrix, classes: Diagonal, size: int) -> Fraction:

@@ -74,7 +74,8 @@ class Performance(Record):
         Raises
         ------
         InputError
-            It is neither, a name is none of these, a matrix is none, or a parameter has no name or no interval.
+            It is neither, a name is none of these, a matrix is none, a parameter has no name or no interval, or ``w``
+            enters nowhere, or ``z`` sees nothing.
         """
         if isinstance(stated, Performance):
             return stated
@@ -99,6 +100,13 @@ class Performance(Record):
         unused = next((name for name in bounds if name not in names_in([*stated.values()])), None)
         if unused is not None:
             raise InputError(f"performance.{_OWN}.{unused} does not occur in the matrices; leave it out, or use it")
+        ways = ("w enters nowhere", ("Bw", "Dzw", "Dsigmaw")), ("z sees nothing", ("Cz", "Dzw", "Dzmu"))
+        for what, names in ways:
+            if not any(v for name in names for row in getattr(found, name) for v in row):
+                raise InputError(
+                    f"performance: {what}, as all entries of {', '.join(names)} are 0, and the gain is 0 wherever the "
+                    "loop is stable; give one that is not 0, or ask lure certify whether it is"
+                )
         return found
 
     @property

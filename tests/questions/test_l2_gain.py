@@ -454,9 +454,8 @@ def test_states_that_nobody_named_have_no_inputs(lure, tmp_path):
 
 @pytest.mark.parametrize(
     ("plant", "performance", "low"),
-    [  # an eigenvalue at 1 that w does not move (T = 1/(s + 1 + g), at most 1), or no w at all, or one seen by both
+    [  # an eigenvalue at 1 that w does not move (T = 1/(s + 1 + g), at most 1), or one seen by both
         (([[-1, 0], [0, 1]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [0]], "Cz": [[1, 0]]}, 0),
-        (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[0]], "Cz": [[1]]}, 0),
         (([[1]], [[1]], [[1]], [[0]]), {"Bw": [[1]], "Cz": [[1]]}, math.inf),
         # beside it a state that decays and is not moved, and one that z does not see
         (([[1, 0], [0, -2]], [[1], [0]], [[1, 0]], [[0]]), {"Bw": [[1], [0]], "Cz": [[1, 1]]}, math.inf),
@@ -468,6 +467,18 @@ def test_no_gain_is_called_infinite_unless_w_moves_and_z_sees_what_grows(plant, 
     assert (found.gain.low, found.gain.high) == (low, math.inf)
     assert str(found.verdict) == ("REFUTED" if low else "INCONCLUSIVE")
     assert ("the gain may be finite" in str(found)) is not bool(low)
+
+
+@pytest.mark.parametrize(
+    ("performance", "said"),
+    [
+        ({"Bw": [[0]], "Cz": [[1]]}, "w enters nowhere, as all entries of Bw, Dzw, Dsigmaw are 0"),
+        ({"Bw": [[1]], "Cz": [[0]], "Dzmu": [[0]]}, "z sees nothing, as all entries of Cz, Dzw, Dzmu are 0"),
+    ],
+)
+def test_a_w_that_enters_nowhere_and_a_z_that_sees_nothing_are_refused(performance, said):
+    with pytest.raises(InputError, match=said):
+        l2_gain(LAG, [Sector(0, 1)], performance)
 
 
 def test_the_gain_of_differences_is_said_of_slopes_alone():

@@ -5,6 +5,7 @@ import pytest
 import xarray
 from matplotlib.figure import Figure
 
+from lure.analysis.cli import sweeps as commands
 from lure.analysis.plots.studies import Plane, covered, values_drawn, verdicts_drawn
 from lure.analysis.sweeps import sweep
 from lure.analysis.sweeps.boundary import stores
@@ -139,6 +140,9 @@ def test_where_every_point_failed_the_summary_and_the_page_say_so(servo, tmp_pat
     page = page_of(tmp_path / "failed.zarr")
     assert "every point failed" in page
     assert "and agree" not in page
+    study = tmp_path / "none.toml"
+    study.write_text('system = "third-order"\nask = "sector"\n[over]\n"plant.den" = ["nonsense"]\n')
+    assert commands.sweep(study, quiet=True) == 2  # the exit status
     with pytest.raises(InputError, match=r"give \S*failed.zarr, the store that lure sweep wrote"):
         page_of(tmp_path / "failed.toml")
 
