@@ -20,14 +20,13 @@ from lure.analysis.certificates.blocks import paced
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import checked, guarded
 from lure.analysis.deadline import checkpoint
-from lure.analysis.nonlinearity.membership import require_members
 from lure.analysis.numerics.doubles import bound_above, bound_below, double_above, places, triangle, triangle_texts
 from lure.analysis.numerics.polynomial import to_fmpq
 from lure.analysis.numerics.semidefinite import Block, proposed, symmetric_basis
 from lure.analysis.questions.channel_problem import channel_problem
 from lure.analysis.questions.channel_proofs import criteria_for, searches
 from lure.analysis.questions.decay_channels import SeveralChannels, accepted
-from lure.analysis.questions.gain import gain_problem, l2_gain
+from lure.analysis.questions.gain import classes_said, gain_problem, l2_gain
 from lure.analysis.questions.problem import Problem
 from lure.analysis.questions.region_sets import positive
 from lure.analysis.verdict import Evidence
@@ -361,13 +360,8 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
     block = loop.block if isinstance(loop, LoopSystem) else as_plant(loop)
     if isinstance(block, RationalPlant) and block.matrices is None:
         raise InputError("the number c is about states, and the plant is given without; give A, B, C and D")
-    source, own = loop, loop.nonlinearity_class if isinstance(loop, LoopSystem) and classes is None else None
-    if own is not None:
-        require_members(filter(None, [cast("LoopSystem", loop).nonlinearity]), [own])
-        source, classes = block, [own]
-    asked = channel_problem(source, classes)
-    if asked.kind != "class":
-        raise InputError("no class of nonlinearities is given; give one for each channel, in order")
+    own = classes_said(loop) if classes is None else None
+    asked = channel_problem(loop, classes) if own is None else channel_problem(block, own)
     several = SeveralChannels(asked)
     if not several.plant.order:
         raise InputError("the plant has no states; a bound of them needs one at least")

@@ -293,7 +293,7 @@ def gain_problem(
         As there.
     """
     if classes is None:
-        classes = _said(plant)
+        classes = classes_said(plant)
     elif class_given(classes) is not None:
         classes = [classes]
     stated = performance if performance is not None or not isinstance(plant, LoopSystem) else plant.performance
@@ -357,8 +357,16 @@ def _window(window: object, problem: Problem) -> int:
     return window
 
 
-def _said(plant: object) -> object:
-    """The classes that a system states; of one channel as a list."""
+def classes_said(plant: object) -> object:
+    """The classes that a system states; of one channel, whose nonlinearity stands for its class, as a list.
+
+    ``plant``: a system, which is asked for where it is none.
+
+    Raises
+    ------
+    InputError
+        Nothing is said of its nonlinearities, or one is not in its class.
+    """
     if not isinstance(plant, LoopSystem) or plant.open:
         raise InputError("no class of nonlinearities is given; give [class] or [nonlinearity], one for each channel")
     one = plant.nonlinearity_class or plant.nonlinearity

@@ -92,8 +92,9 @@ def one_channel(source: object, *, dt: object = None) -> AnyBlock:
             f"{n} {side}{'s' if n > 1 else ''}" for n, side in ((found.inputs, "input"), (found.outputs, "output"))
         )
         raise InputError(
-            f"the system has {' and '.join(sides)}: a block has one input and one output; give classes, one for each "
-            f"channel, such as [SlopeBounds(0, 1)] * {found.inputs}, or choose a pair, e.g. sys[0, 0] in python-control"
+            f"the system has {' and '.join(sides)}: a block has one input and one output; where a question takes "
+            f"classes, give one for each channel, such as [SlopeBounds(0, 1)] * {found.inputs}, else choose a pair, "
+            "e.g. sys[0, 0] in python-control"
         )
     return found
 

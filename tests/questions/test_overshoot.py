@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from lure import AssumptionError, InputError, NonlinearityClass, RationalPlant, Sector, SlopeBounds, as_plant
 from lure.analysis.certificates.second import recheck
 from lure.analysis.questions.energy import _spread, overshoot
+from lure.files import parse_system
 
 F = Fraction
 VARYING = NonlinearityClass(sector=Sector(0, F(1, 2)), time_varying=True)
@@ -85,6 +86,17 @@ def test_a_rate_that_is_not_true_or_a_loop_without_states_is_refused():
             overshoot(as_plant(([[0]], [[1]], [[1]], [[0]]), dt=1), [VARYING], wrong)
     with pytest.raises(InputError, match="about states, and the plant is given without"):
         overshoot(RationalPlant([1], [1, 1]), [VARYING], F(1, 2))
+
+
+def test_a_nonlinearity_stands_for_its_class():
+    A, B, C, _ = OSCILLATOR
+    text = f"[plant]\nA = {A}\nB = {B}\nC = {C}\n[nonlinearity]\nkind = 'saturation'\nslope = 0.25\nlimit = 1\n"
+    loop = parse_system(text, name="loop", source="loop.toml")
+    found, same = (
+        overshoot(loop, rate=F(1, 8)),
+        overshoot(OSCILLATOR, [NonlinearityClass.slope_restricted(0, F(1, 4), odd=True)], F(1, 8)),
+    )
+    assert (found.constant, str(found)) == (same.constant, str(same))
 
 
 @pytest.mark.slow
