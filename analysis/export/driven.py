@@ -4,13 +4,15 @@
 any ``xi``: one that is 0 at first, and later oscillates with a rational frequency, from which the state and ``w`` have
 rational amplitudes.  ``|z|^2 - gamma^2 |w|^2`` has a positive mean then.  In continuous time a polynomial leads from
 rest to it.  Where ``chi`` is 0 at that frequency, ``w`` is 0 later on, and ``z`` goes on.  With a rational root ``r >
-0`` of ``chi`` all signals are ``e^(rt)`` times those of ``A - r``, which has the root 0.
+0`` of ``chi`` all signals are ``e^(rt)`` times those of ``A - r``, which has the root 0.  In discrete time an infinite
+gain is that of one sample, after which an ``x'P x`` does not fall that the outputs to come bound.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import zip_longest
@@ -18,19 +20,20 @@ from typing import Any
 
 from lure.analysis.certificates.arithmetic import eliminated, numbers
 from lure.analysis.certificates.arithmetic import number as exact
-from lure.analysis.certificates.channels import Plant, channels, closed_loop, plant
+from lure.analysis.certificates.channels import Plant, Rows, channels, closed_loop, plant
 from lure.analysis.certificates.frequencies import transfer
 from lure.analysis.export.circle import times
-from lure.analysis.export.gained import within
+from lure.analysis.export.gained import whole_rows, within
 from lure.analysis.export.gaining import with_inputs
 from lure.analysis.export.loops import MOST_STATES, of_states
-from lure.analysis.export.quadratic import Vector
-from lure.analysis.export.words import combined, equations, folded, number, reals, refused, whole_file
-from lure.arrays import np
+from lure.analysis.export.quadratic import Vector, bilinear, mix, nonnegative
+from lure.analysis.export.words import combined, equations, folded, integers, number, reals, refused, whole_file
+from lure.arrays import linalg, np
 
 LIBRARIES = ("forms.v", "flow.v", "driven.v")
 Complex = tuple[Fraction, Fraction]
 ZERO, ONE, SMALL = Fraction(0), Fraction(1), 1e-6
+MOST_SAMPLES, DIGITS = 40, (4, 8, 16, 24, 32, 48)
 
 
 def driven_text(data: Mapping[str, Any], claim: str) -> str:
@@ -40,9 +43,10 @@ def driven_text(data: Mapping[str, Any], claim: str) -> str:
     ------
     refused
         An ``InputError``: it has operators or memory, or the gain is infinite for another pole than a rational number
-        times ``i``, or a positive one.
+        times ``i``, or a positive one; in discrete time for a pole on the circle alone.
     """
-    return _Driven(data).text(claim)
+    unlimited = "unlimited" in data["proof"] and data["system"]["time"] == "discrete"
+    return (_Endless if unlimited else _Driven)(data).text(claim)
 
 
 def _times(u: Complex, v: Complex) -> Complex:
@@ -438,6 +442,133 @@ class _Driven:
             f"  apply Rlt_le_trans with (sum_f_R0 (fun t => {z2}) k); [cbn [nth]; lra|].",
             f"  right; apply sum_eq; intros t _; {same}.",
         ]
+
+
+class _Endless(_Driven):
+    """In discrete time: one sample goes in, and the sum of squares of what comes out has no end."""
+
+    def signals(self, gains: Vector) -> tuple[list[_Signal], ...]:
+        """None: all signals are those of one sample.  What is said of it is found here."""
+        A, self.every = self.closed.A, gains
+        self.asked = self.own[self.shown["unlimited"][1] - 1]
+        self.ahead = [[self.closed.C[i] for i in self.own]]  # the outputs after so many samples, of the state
+        for _ in range(self.n - 1):
+            self.ahead.append(_product(self.ahead[-1], A))
+        self.into, self.direct = ([row[self.asked] for row in side] for side in (self.closed.B, self.closed.D))
+        unit, self.next = whole_rows(A)
+        self.now = [[unit * (i == k) for k in range(self.n)] for i in range(self.n)]
+        unit, self.later = whole_rows([row for rows in self.ahead for row in rows])
+        self.square, (self.P, self.K) = unit**2, self.form()
+        self.states = [[ZERO] * self.n, self.into]
+        while (x := self.states[-1]) and sum(a * b for a, b in zip(x, mix(x, self.P), strict=True)) <= 0:
+            if len(self.states) == MOST_SAMPLES:
+                raise refused(f"in {MOST_SAMPLES} samples no state was seen from which the squares have no end")
+            self.states.append([row[0] for row in _product(A, [[v] for v in x])])
+        return [], [], [], []
+
+    def form(self) -> tuple[list[list[int]], int]:
+        """``P`` and ``K`` of few digits."""
+        A, seen = (np.array([[float(v) for v in row] for row in side]) for side in (self.closed.A, self.later))
+        with suppress(np.linalg.LinAlgError, ValueError, OverflowError):
+            near = -linalg.solve_discrete_lyapunov(A.T, np.eye(self.n))
+            most = float(np.linalg.eigvals(np.linalg.solve(seen.T @ seen, near)).real.max()) * self.now[0][0] ** 2
+            for bits in DIGITS:
+                P = [[round(float(v) * 2**bits) for v in row] for row in near + near.T]
+                V, K = bilinear(P, self.now, self.now, -1), max(1, math.ceil(4 * most * 2**bits))
+                rises = nonnegative([*bilinear(P, self.next, self.next), *V], self.n)
+                if rises and nonnegative([*((K, row, row) for row in self.later), *V], self.n):
+                    return P, K
+        raise refused("no quadratic form was found that does not fall and that the outputs to come bound")
+
+    def seen_of(self, i: int) -> str:
+        """``sigma_i``, of the state and the sample."""
+        return combined([*self.closed.C[i], self.direct[i]], [*(f"x{k} t" for k in range(self.n)), "impulse t"])
+
+    def definitions(self) -> list[str]:
+        """The outputs of the plant, the signals, their samples up to where the form is positive, and the test."""
+        n, m, x = self.n, len(self.block), [*(f"x{k} t" for k in range(self.n)), "impulse t"]
+        names = [f"x {k}%nat t" for k in range(n)] + [f"w {i}%nat t" for i in range(len(self.every))]
+        inside = [*(f"nth {k} x 0" for k in range(n)), "impulse t"]
+        moved = [[*row, b] for row, b in zip(self.closed.A, self.into, strict=True)]
+        lines = [
+            folded(f"Definition {name} (x w : nat -> nat -> R) (t : nat) : R := {combined(row, names)}.")
+            for name, row in zip(self.outputs, self.loop.sigma[m:], strict=True)
+        ]
+        lines += [
+            "Fixpoint state (t : nat) : list R :=",
+            f"  match t with O => [{'; '.join('0' * n)}] | S t => let x := state t in",
+            folded(f"    [{'; '.join(combined(row, inside) for row in moved)}] end."),
+        ]
+        signals = [(f"x{k}", f"nth {k} (state t) 0") for k in range(n)]
+        signals += [(f"w{i}", f"{number(self.every[i])} * ({self.seen_of(i)})") for i in range(m)]
+        signals += [(f"w{i}", "impulse t" if i == self.asked else "0") for i in self.own]
+        signals += [(name, self.seen_of(i)) for name, i in zip(self.names("z"), self.own, strict=True)]
+        lines += [folded(f"Definition {name} (t : nat) : R := {what}.") for name, what in signals]
+        for k, row in enumerate(moved):
+            lines.append(folded(f"Lemma next{k} : forall t, x{k} (S t) = {combined(row, x)}."))
+            lines.append("Proof. reflexivity. Qed.")
+        for t, values in enumerate(self.states):
+            before = "".join(f", ?at{t - 1}_{k}" for k in range(n))
+            for k, v in enumerate(values):
+                shown = f"rewrite (next{k} {t - 1}%nat){before}; cbn [impulse]; field" if t else "reflexivity"
+                lines.append(f"Lemma at{t}_{k} : x{k} {t}%nat = {number(v)}.\nProof. {shown}. Qed.")
+        following = ", ".join(f"?next{k}" for k in range(n))
+        for j, rows in enumerate(self.ahead):
+            for name, row in zip(self.names("z"), rows, strict=True):
+                stated = f"forall t, (1 <= t)%nat -> {name} (t + {j})%nat = {combined(row, x[:-1])}"
+                shown = f"rewrite Nat.add_0_r; unfold {name}"
+                if j:
+                    shown = f"replace (t + {j})%nat with (S t + {j - 1})%nat by lia;\n    "
+                    shown += f"rewrite {name}_{j - 1} by lia; rewrite {following}"
+                lines.append(folded(f"Lemma {name}_{j} : {stated}."))
+                lines.append(f"Proof.\n  intros t L; {shown}; destruct t; [lia|]; cbn [impulse]; field.\nQed.")
+        for name, form in (("P", self.P), ("now", self.now), ("next", self.next), ("later", self.later)):
+            lines.append(folded(f"Definition {name} : list (list Z) := {integers(form)}%Z."))
+        lines.append(f"Lemma on : goes_on {n} P now next later {self.K} = true.")
+        return [*lines, "Proof. vm_cast_no_check (eq_refl true). Qed."]
+
+    def proof(self) -> list[str]:
+        """Its proof."""
+        n, first, outputs = self.n, len(self.states) - 1, self.names("z")
+        x, w = ([f"{name}{i}" for i in range(size)] for name, size in (("x", n), ("w", len(self.every))))
+        given = [*map(number, self.gains), *(f"(fun k => nth k [{'; '.join(v)}] (fun _ => 0))" for v in (x, w))]
+        same = f"unfold {', '.join([*self.outputs, *w, *outputs])}; cbn [nth]; field"
+        z2, states = " + ".join(f"{name} t ^ 2" for name in outputs), "; ".join(f"{name} t" for name in x)
+        ahead, at = (
+            ", ".join(v)
+            for v in ([f"{name}_{j}" for j in range(n) for name in outputs], [f"at{first}_{k}" for k in range(n)])
+        )
+        return [
+            "Proof.",
+            f"  exists {', '.join(given)}; cbn [nth].",
+            *["  split; [lra|]."] * sum(bool(within("g", e)) for e in self.bounds),
+            *[f"  split; [intro t; {same}|]."] * len(self.block),
+            *(f"  split; [intro t; rewrite next{k}; {same}|]." for k in range(n)),
+            *["  split; [reflexivity|]."] * n,
+            f"  intro c; destruct (without_end {n} P now next later {self.K} {self.square} {n - 1} {first}",
+            f"    (fun t => [{states}]) (fun t => {z2}) on) with (c := c) as [k Q].",
+            "  - reflexivity.",
+            "  - intro t; nra.",
+            "  - lra.",
+            f"  - intros t L; unfold now, next, at_; cbn [map dot]; rewrite {', '.join(f'next{k}' for k in range(n))}.",
+            "    destruct t; [lia|]; cbn [impulse]; repeat (apply f_equal2; [field|]); reflexivity.",
+            f"  - intros t L; cbn [sum_f_R0]; rewrite {ahead} by lia.",
+            "    right; unfold later, squares; cbn [map value dot]; field.",
+            "  - rewrite value_bilinear; unfold P, now, at_; cbn [map dot sumprod].",
+            f"    rewrite {at}; lra.",
+            "  - exists k; rewrite impulse_energy, Rmult_1_r.",
+            f"    2: {{ intro t; unfold {', '.join(self.names('w'))}; cbn [nth]; destruct t; cbn [impulse]; ring. }}",
+            f"    apply Rlt_le_trans with (1 := Q); right; apply sum_eq; intros t _; {same}.",
+            "Qed.",
+        ]
+
+
+def _product(left: Rows, right: Rows) -> Rows:
+    """Of two matrices."""
+    return [
+        [sum((a * v for a, v in zip(row, column, strict=True)), ZERO) for column in zip(*right, strict=True)]
+        for row in left
+    ]
 
 
 def _nested(names: Sequence[str]) -> str:

@@ -296,3 +296,49 @@ Proof.
   pose proof (Rle_abs (- sum_f_R0 D n)); pose proof (Rle_abs (- v (S N))); pose proof (Rle_abs (v 1%nat)).
   rewrite !Rabs_Ropp in *; pose proof (small (S N)); pose proof (small 1%nat); unfold K in *; lra.
 Qed.
+
+(* ---- Samples without end after one: x'P x does not fall, and is at most K times squares of samples to come ---- *)
+
+Definition impulse (t : nat) : R := match t with O => 1 | _ => 0 end.
+Definition goes_on (n : nat) (P now next later : list (list Z)) (K : Z) : bool :=
+  (0 <? K)%Z && nonneg n (bilinear P next next ++ times (-1) (bilinear P now now)) &&
+  nonneg n (times K (squares later) ++ times (-1) (bilinear P now now)).
+
+Lemma impulse_energy : forall (f : nat -> R) N, (forall t, f t = impulse t) -> sum_f_R0 f N = 1.
+Proof. intros f N E; induction N as [|N IH]; cbn [sum_f_R0]; [|rewrite IH]; rewrite E; cbn [impulse]; lra. Qed.
+Lemma windows : forall (g : nat -> R) a m T, 0 < a -> (forall t, 0 <= g t) ->
+  (forall t, (T <= t)%nat -> a <= sum_f_R0 (fun j => g (t + j)%nat) m) -> forall c, exists N, c < sum_f_R0 g N.
+Proof.
+  intros g a m T a0 g0 W c.
+  assert (B : forall k, exists N, (T <= N)%nat /\ INR k * a <= sum_f_R0 g N).
+  { induction k as [|k [N [L IH]]].
+    - exists T; split; [lia|]; cbn [INR]; rewrite Rmult_0_l; now apply cond_pos_sum.
+    - exists (S N + m)%nat; split; [lia|]; rewrite S_INR, (tech2 g N (S N + m)) by lia.
+      replace (S N + m - S N)%nat with m by lia; pose proof (W (S N) ltac:(lia)); lra. }
+  pose proof (Rabs_pos c); destruct (archimed_cor1 (a / (Rabs c + 1))) as [k [below kpos]]; [apply Rdiv_lt_0_compat; lra|].
+  apply lt_INR in kpos; cbn in kpos; destruct (B k) as [N [_ S]]; exists N; pose proof (Rle_abs c).
+  apply (Rmult_lt_compat_l (INR k * (Rabs c + 1))) in below; [|nra].
+  replace (INR k * (Rabs c + 1) * / INR k) with (Rabs c + 1) in below by (field; lra).
+  replace (INR k * (Rabs c + 1) * (a / (Rabs c + 1))) with (INR k * a) in below by (field; lra); lra.
+Qed.
+Theorem without_end : forall n P now next later K l m T (z : nat -> list R) (g : nat -> R),
+  goes_on n P now next later K = true -> (forall t, length (z t) = n) -> (forall t, 0 <= g t) -> 0 < l ->
+  (forall t, (T <= t)%nat -> at_ now (z (S t)) = at_ next (z t)) ->
+  (forall t, (T <= t)%nat -> value (squares later) (z t) <= l * sum_f_R0 (fun j => g (t + j)%nat) m) ->
+  0 < value (bilinear P now now) (z T) -> forall c, exists N, c < sum_f_R0 g N.
+Proof.
+  intros n P now next later K l m T z g test len g0 l0 step out start; unfold goes_on in test.
+  rewrite !andb_true_iff, Z.ltb_lt in test; destruct test as [[K0 rises] seen]; apply IZR_lt in K0.
+  set (v := fun t => value (bilinear P now now) (z t)) in *.
+  assert (up : forall k, v T <= v (T + k)%nat).
+  { induction k as [|k IH]; [rewrite Nat.add_0_r; lra|]; eapply Rle_trans; [exact IH|].
+    pose proof (nonneg_sound n _ (z (T + k)%nat) rises (len _)) as Q; rewrite value_app, value_times in Q.
+    rewrite <- plus_n_Sm; unfold v; rewrite (value_bilinear P now now (z (S (T + k)))), (step (T + k)%nat) by lia.
+    rewrite <- value_bilinear; lra. }
+  apply (windows g (v T / (IZR K * l)) m T); [apply Rdiv_lt_0_compat; [exact start|now apply Rmult_lt_0_compat]|exact g0|].
+  intros t Ht; pose proof (nonneg_sound n _ (z t) seen (len _)) as Q; rewrite value_app, !value_times in Q.
+  pose proof (up (t - T)%nat) as U; replace (T + (t - T))%nat with t in U by lia; specialize (out t Ht).
+  apply (Rmult_le_compat_l (IZR K)) in out; [|lra].
+  apply (Rmult_le_reg_l (IZR K * l)); [now apply Rmult_lt_0_compat|].
+  replace (IZR K * l * (v T / (IZR K * l))) with (v T) by (field; lra); unfold v in *; lra.
+Qed.

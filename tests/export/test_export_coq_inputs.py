@@ -65,6 +65,18 @@ def leaving():
     return larger(LAG | {"A": [["1"]]}, "1", method="linear-gains", gains=["0", "0"], unlimited=[1, 1])
 
 
+def growing():
+    """``1/(z^2 - z/2 + 2)`` with the gain 0, whose poles have the modulus sqrt 2 and irrational parts."""
+    system = SPRING | {"time": "discrete", "A": [["0", "1"], ["-2", "1/2"]]}
+    return larger(system, "1", method="linear-gains", gains=["0", "0"], unlimited=[1, 1])
+
+
+def both():
+    """Of two inputs and outputs and the gain 1/2 the first output of the second input, through ``-1/(z^2 + 5/2)``."""
+    system = TWO | {"time": "discrete", "A": [["0", "1"], ["-2", "0"]]}
+    return larger(system, "1", method="linear-gains", gains=["1/2", "0", "0"], unlimited=[1, 2])
+
+
 CASES = {  # what the theorem ends with, and what is not true
     lag: ("exists t, 0 < t /\\ (9801 / 10000) * (Ew t - Ew 0) < Ez t - Ez 0", "9801 / 10000", "1"),
     resonance: ("exists t, 0 < t /\\ 25 * (Ew t - Ew 0) < Ez t - Ez 0", "25 * (Ew", "36 * (Ew"),
@@ -76,6 +88,12 @@ CASES = {  # what the theorem ends with, and what is not true
     ),
     unlimited: ("forall c, exists t, 0 < t /\\ c * (Ew t - Ew 0) < Ez t - Ez 0", "1 * w 1%nat", "(-1) * w 1%nat"),
     leaving: ("forall c, exists t, 0 < t /\\ c * (Ew t - Ew 0) < Ez t - Ez 0", "1 * x 0%nat t", "2 * x 0%nat t"),
+    growing: ("forall c, exists k, c * sum_f_R0 (fun t => w 1%nat t ^ 2) k <", "(-2) * x 0%nat", "(1 / 2) * x 0%nat"),
+    both: (
+        "sum_f_R0 (fun t => output0 x w t ^ 2 + output1 x w t ^ 2) k",
+        "c * sum_f_R0 (fun t => w 1%nat t ^ 2 + w 2%nat t ^ 2) k < sum_f_R0 (fun t => output0 x w t ^ 2 +",
+        "c * sum_f_R0 (fun t => w 1%nat t ^ 2 + w 2%nat t ^ 2) k < sum_f_R0 (fun t => 0 * output0 x w t ^ 2 -",
+    ),
     undamped: ("forall c, exists t, 0 < t /\\ c * (Ew t - Ew 0) < Ez t - Ez 0", "(-1) * x 0%nat", "(-2) * x 0%nat"),
 }
 
@@ -85,7 +103,7 @@ def test_more_comes_through_than_the_gain_allows_from_rest(written):
     stated = (text := written())[text.rindex("Theorem exceeds") : text.rindex("Proof.")]
     assert CASES[written][0] in stated
     assert "0 <= g0 <= (1 / 2) /\\" in stated  # the class
-    assert f"x 0%nat {'0%nat' if written is samples else '0'} = 0 /\\" in stated
+    assert f"x 0%nat {'0%nat' if written in (samples, growing, both) else '0'} = 0 /\\" in stated
 
 
 def test_an_input_of_the_frequency_0_is_constant_later_on():
@@ -93,8 +111,11 @@ def test_an_input_of_the_frequency_0_is_constant_later_on():
 
 
 def test_an_infinite_gain_by_a_pole_elsewhere_is_refused():
-    for system in (LAG | {"A": [["1"]], "time": "discrete"}, SPRING | {"A": [["0", "1"], ["2", "0"]]}):  # 1, sqrt 2
-        with pytest.raises(InputError, match="no rational frequency was found"):
+    for system, said in (
+        (LAG | {"A": [["1"]], "time": "discrete"}, "no quadratic form was found that does not fall"),
+        (SPRING | {"A": [["0", "1"], ["2", "0"]]}, "no rational frequency was found"),  # sqrt 2
+    ):
+        with pytest.raises(InputError, match=said):
             larger(system, "1", method="linear-gains", gains=["0", "0"], unlimited=[1, 1])
 
 
