@@ -166,6 +166,8 @@ MOST_SAMPLES = 3200
 STEPS = 64
 PERIODS = 6
 _RTOL = 1e-6
+SEEN = 1e3
+"""Growth over its median, or the square of that over its start, up to which a solution that grows is kept."""
 EVEN = 0.97
 """Least over largest swing of an oscillation that Newton's method is tried on."""
 ATTEMPTS = 2
@@ -344,6 +346,10 @@ def _alike(one: Run, other: Run) -> bool:
 
 def _trajectory(loop: BatchLoop, run: Run) -> Trajectory:
     t, sigma = (run.t[0], run.sigma[0]) if run.t else (np.zeros(1), np.zeros(1))
+    if run.finding is Finding.GROWS:  # an escape would hide what was before it
+        sizes = np.abs(sigma)
+        end = int((sizes <= SEEN * min(float(np.nanmedian(sizes)), SEEN * sizes[0] or math.inf)).argmin()) or len(sigma)
+        t, sigma = t[:end], sigma[:end]
     with np.errstate(all="ignore"):  # a solution that grows may end beyond the range of doubles
         mu = -np.asarray(loop.values(sigma), dtype=float)
     return Trajectory(

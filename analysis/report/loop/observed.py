@@ -335,6 +335,7 @@ def _large_gain(block: RationalPlant) -> Fraction:
 
 
 def _chosen(runs: Runs) -> Runs:
-    """A few of them, those of other sizes and findings first."""
+    """A few of them: one of each finding, then those of other sizes."""
     kinds = {(run.start, run.finding): run for run in reversed(runs)}
-    return tuple(sorted(kinds.values(), key=runs.index)[:SHOWN])
+    first = {run.finding: run for run in reversed(runs)}
+    return tuple(sorted(kinds.values(), key=lambda run: (first[run.finding] is not run, runs.index(run)))[:SHOWN])
