@@ -302,4 +302,4 @@ def test_solutions_that_escape_in_finite_time_do_not_end_the_others(den):
     assert found.count(Finding.OPEN) == 0
     assert found.count(Finding.GROWS) >= 8
     assert found.count(Finding.CONVERGES) >= 3
-    assert max(float(np.abs(run.sigma).max()) for run in found.trajectories) < 1e7  # what is drawn ends before the escape
+    assert max(float(np.abs(run.sigma).max()) for run in found.trajectories) < 1e7  # drawn up to the escape
