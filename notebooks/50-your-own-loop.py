@@ -284,7 +284,7 @@ print(room)
 # %% [markdown]
 # The first interval is *certified*: with each motor gain in it and every nonlinearity of the sector, every solution
 # converges to the set of equilibria. From the second on one plant and a constant gain refute the claim. Between
-# them nothing is known. With two parameters the picture is a map: the black box is given, blue is how far each and
+# them nothing is known. With two parameters the picture is a map: the outlined box is given, blue is how far each and
 # both may go, a cross is a plant that refutes. A servo $k/(s(s+1)(s+a))$ takes gains below $a(a+1)/k$ by Routh's
 # test, and Popov's criterion proves as much:
 

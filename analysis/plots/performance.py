@@ -38,8 +38,8 @@ _MOST, _POINTS, _DECADES, _GAIN_ROOM, _ROUNDING = 32, 600, 2, 1.45, 1e-9
 def plot_gain(found: GainBound, *, ax: Axes | None = None) -> Axes:
     """The largest singular value from ``w`` to ``z`` of the loops with extreme gains, and the bound for all members.
 
-    Grey: each channel at one end of its class, as far as that loop is stable; black: the member of ``gain.low``.  All
-    this is drawn in floating point; the line at ``gain.high`` is what is certified.
+    Grey: each channel at one end of its class, as far as that loop is stable; in the colour of the text: the member of
+    ``gain.low``.  All this is drawn in floating point; the line at ``gain.high`` is what is certified.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def plot_rate(found: RateBound, *, ax: Axes | None = None) -> Axes:
     """The eigenvalues of loops with constant gains of the class, the rate that is proved and the one that is refuted.
 
     In discrete time the rates are circles, in continuous time lines ``Re s = -rate``.  The eigenvalues are drawn in
-    floating point; blue is certified for every member, red is a rate that a member does not exceed.
+    floating point; blue is certified for every member, orange is a rate that a member does not exceed.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
     """The largest ``|z(t)|`` over a period against the frequency of the input, both axes logarithmic.
 
     Blue bars: certified at that frequency, whatever the start.  The dashed curve is harmonic balance in floating
-    point, and the shade between the bars is interpolated: at other frequencies nothing is certified.  Red and grey
+    point, and the shade between the bars is interpolated: at other frequencies nothing is certified.  Orange and grey
     bars: steady responses that exist, certified, where others may; whether they attract what is near is computed.
     Crosses: computed alone.
 

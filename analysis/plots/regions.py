@@ -281,7 +281,7 @@ _MARGIN, _LEGEND = 0.12, 0.3
 def plot_tolerances(found: Tolerances, *, ax: Axes | None = None) -> Axes:
     """Of two parameters the boxes in their plane, else how wide each interval may be, in widths of the one given.
 
-    Blue is certified for every plant; a red cross is a plant that refutes the class; white is open.
+    Blue is certified for every plant; an orange cross is a plant that refutes the class; white is open.
 
     Parameters
     ----------

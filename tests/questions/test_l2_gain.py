@@ -511,7 +511,7 @@ def test_the_figure_and_the_sentence_leave_out_an_unstable_member():
     # x' = -x - phi + w: at most 1, with phi = 0
     stable = l2_gain(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 2)], {"Bw": [[1]], "Cz": [[1]]})
     assert ", with phi = 0. " in f"{stable} "
-    assert caption_of("gain", stable).startswith("Grey and black: stable")
+    assert caption_of("gain", stable).startswith("Grey and the colour of the text: stable")
 
 
 def caption_of(name, found):

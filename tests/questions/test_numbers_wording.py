@@ -294,7 +294,7 @@ def row_of(evidence, *, alone):
     ("evidence", "alone", "caption"),
     [
         ("CERTIFIED", True, "Blue bars: certified at that frequency, from whatever start; between them nothing is."),
-        ("CERTIFIED", False, "Red and grey bars: steady responses that exist, certified, where others may."),
+        ("CERTIFIED", False, "Orange and grey bars: steady responses that exist, certified, where others may."),
         ("COMPUTED", False, "Crosses: harmonic balance, in floating point."),
     ],
 )

@@ -26,7 +26,7 @@ from lure.files.system import LoopSystem
 def _gain(found: GainBound) -> str:
     """What the figure of a gain shows."""
     extremes, largest = gain_curves(found)
-    colours = [name for name, drawn in (("grey", extremes), ("black", largest is not None)) if drawn]
+    colours = [name for name, drawn in (("grey", extremes), ("the colour of the text", largest is not None)) if drawn]
     words = []
     if colours:
         words.append(f"{' and '.join(colours).capitalize()}: stable linear members, in floating point.")
@@ -43,7 +43,7 @@ def _rate(found: RateBound) -> str:
     if found.proof is not None:
         words.append("Blue: what every solution of every member decays at least as fast as, certified.")
     if found.refutation is not None:
-        words.append("Red: a member that is no faster.")
+        words.append("Orange: a member that is no faster.")
     return " ".join(words)
 
 
@@ -56,7 +56,8 @@ def _region(found: RegionOfAttraction) -> str:
     if not whole:
         words.append("White: nothing is known." if found.linear is None else "White: almost no start is attracted.")
     field, solutions = flow_drawn(found)
-    drawn = [text for text, seen in (("grey: the field", field), ("black: some solutions", solutions)) if seen]
+    parts = ("grey: the field", field), ("in the colour of the text: some solutions", solutions)
+    drawn = [text for text, seen in parts if seen]
     if drawn:
         text = ", ".join(drawn)
         words.append(f"{text[0].upper()}{text[1:]}, {'both ' * (len(drawn) > 1)}in floating point.")
@@ -69,7 +70,7 @@ def _steady(found: SteadyResponse) -> str:
     if any(row.alone for row in found.response):
         words.append("Blue bars: certified at that frequency, from whatever start; between them nothing is.")
     if any(not row.alone and row.evidence is Evidence.CERTIFIED for row in found.response):
-        words.append("Red and grey bars: steady responses that exist, certified, where others may.")
+        words.append("Orange and grey bars: steady responses that exist, certified, where others may.")
     if any(row.evidence is not Evidence.CERTIFIED for row in found.response):
         words.append("Crosses: harmonic balance, in floating point.")
     return " ".join(words)
@@ -79,7 +80,7 @@ def _tolerances(found: Tolerances) -> str:
     """What the figure of tolerances shows."""
     words = ["Blue: the class is certified for every plant."] if found.proof is not None else []
     if found.refutation is not None:
-        words.append("Red crosses: a plant with which a constant gain of the class refutes it.")
+        words.append("Orange crosses: a plant with which a constant gain of the class refutes it.")
     return " ".join([*words, "White: open."])
 
 
