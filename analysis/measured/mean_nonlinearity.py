@@ -251,10 +251,18 @@ def _final(hats: Hats, values: Array, noise: Noise, scores: Array) -> HatFit:
     return HatFit(hats=hats, values=values, covariance=covariance, noise=noise, kept=kept, scores=scores)
 
 
-def misfit(coarse: Hats, fine: HatFit) -> float:
+def dependent(fit: HatFit) -> float:
+    """How many times the variance of a mean is that of independent errors if they are a first-order autoregression."""
+    scores = fit.scores[fit.kept]
+    found = float(np.sum(scores[1:] * scores[:-1]) / max(np.sum(scores**2), _LEAST))
+    return (1 + min(max(found, 0.0), 0.99)) / (1 - min(max(found, 0.0), 0.99))
+
+
+def misfit(coarse: Hats, fine: HatFit, times: float = 1.0) -> float:
     """p-value: how likely noise alone makes the finer function fit as much better than the coarser as it does.
 
-    ``coarse``: fewer knots; ``fine``: the fit with more, whose noise and outliers are taken for both.
+    ``coarse``: fewer knots; ``fine``: the fit with more, whose noise and outliers are taken for both; ``times``: how
+    much of this errors make that depend on one another, for each that independent ones make.
     """
     from scipy.stats import f as fisher
 
@@ -269,7 +277,29 @@ def misfit(coarse: Hats, fine: HatFit) -> float:
     rounding = 1e-24 * float(np.sum(weights * coarse.y**2))
     if after <= rounding:
         return 1.0 if before <= rounding else 0.0
-    return float(fisher.sf(max(before - after, 0.0) / extra / (after / degrees), extra, degrees))
+    return float(fisher.sf(max(before - after, 0.0) / extra / (after / degrees) / times, extra, degrees))
+
+
+_USUAL, _JUMPS = 0.75, 2  # the quantile of differences that is taken for noise, and how many must be beyond it
+_CREDIBLE = 2.0  # times that noise
+
+
+def jumping(fit: HatFit) -> float:
+    """p-value, with something to spare: how likely noise alone has residuals that jump from one row to the next so far.
+
+    Noise makes the largest differences of neighbours, in the order of displacement, a few times as large as usual ones.
+    A quantiser or a relay makes few that are much larger, whatever pieces are fitted.  Two are needed, since a single
+    one may be chance.
+
+    ``fit``: of which the outliers are left out.
+    """
+    from scipy.stats import norm
+
+    order = np.argsort(fit.hats.x, kind="stable")
+    steps = np.sort(np.abs(np.diff(fit.scores[order][fit.kept[order]])))
+    usual = float(np.quantile(steps, _USUAL)) / float(norm.isf((1 - _USUAL) / 2))
+    far = float(steps[-_JUMPS]) / (_CREDIBLE * max(usual, _LEAST))
+    return min(1.0, 2 * steps.size * float(norm.sf(far)))
 
 
 def places(x: Array, knots: Array) -> tuple[NDArray[np.intp], Array]:
@@ -285,6 +315,7 @@ LEAST_ROWS = 12
 _PER_PIECE = 6
 _MOST_PIECES = 64
 BENT = 0.05
+_BENT_FARTHER = 1e-3  # of the most pieces, which are looked at in addition
 
 
 @described(frozen=True, kw_only=True, slots=True, eq=False)
@@ -301,7 +332,8 @@ class MeanNonlinearity:
     scores: Array = quantity("(n,) residuals in standard deviations of a residual, in the order of the rows")
     outliers: NDArray[np.intp] = quantity("Rows left out")
     curved: float = quantity(
-        "p-value of the test that twice as many pieces fit no better; small means that the class is contradicted"
+        "p-value of the tests that twice as many pieces fit no better, and that neighbours do not differ as at jumps; "
+        "small means that the class is contradicted"
     )
     sparse: bool = quantity(
         "Whether the rows, or their displacements, are too few for that test to see a nonlinearity bend"
@@ -399,8 +431,9 @@ class MeanNonlinearity:
 def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, free: bool = False) -> MeanNonlinearity:
     """The mean nonlinearity through measured points, by weighted least squares without outliers.
 
-    The number of pieces is doubled until a test at the level 5 % sees nothing in the last doubling: what the pieces
-    leave out is then small beside the noise.
+    The number of pieces is doubled until a test at the level 5 % sees nothing in the last doubling, and one at the
+    level 0.1 % nothing in as many pieces as the rows allow: what the pieces leave out is then small beside the noise.
+    Steps that are narrower than all pieces are seen by their jumps.
 
     Parameters
     ----------
@@ -433,12 +466,13 @@ def mean_nonlinearity(sigma: Array, load: Array, *, pieces: int | None = None, f
     most = max(1, min(_MOST_PIECES, sigma.size // _PER_PIECE, distinct // 2))
     count = min(pieces or 2, most)
     fit, settled = fitted(count), bool(pieces)
+    finest = fit if settled else fitted(count << int(np.log2(most / count)))
     while not settled and 2 * count <= most:
         finer = fitted(2 * count)
-        settled = misfit(fit.hats, finer) >= BENT
+        settled = misfit(fit.hats, finer) >= BENT and misfit(fit.hats, finest, dependent(fit)) >= _BENT_FARTHER
         fit, count = finer, 2 * count
     curved = 1.0 if settled and not pieces else misfit(fit.hats, fitted(2 * count))
-    return _in_units(fit, units, curved, sparse=most < 4)
+    return _in_units(fit, units, min(curved, jumping(fit)), sparse=most < 4)
 
 
 def _in_units(fit: HatFit, units: tuple[float, float], curved: float, *, sparse: bool) -> MeanNonlinearity:

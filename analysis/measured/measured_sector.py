@@ -173,7 +173,7 @@ class MeasuredSector(Record):
         unit = self.measurements.stiffness_unit
         slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
         if not self.resolved:
-            why = "the nonlinearity bends within its pieces, against what is assumed"
+            why = "the nonlinearity bends or jumps within its pieces, against what is assumed"
             why = "the rows are too few to see it bend within its pieces" if self.sparse else why
             return (
                 f"F{where[1:]}, the mean nonlinearity is estimated to {self._chords('lie')} and to have "

@@ -424,9 +424,9 @@ def sector_from_data(
     for nonlinearity in nonlinearities:
         if nonlinearity.curved < BENT and apart is None:
             warnings.append(
-                f"The nonlinearity bends within its pieces (p = {nonlinearity.curved:.1g}), against what is assumed: "
-                f"the bounds are "
-                "widened by the change of slope from piece to piece, and no confidence is stated; measure more points."
+                f"The nonlinearity bends or jumps within its pieces (p = {nonlinearity.curved:.1g}), against what is "
+                "assumed: the bounds are widened by the change of slope from piece to piece, and no confidence is "
+                "stated; measure more points."
             )
         elif nonlinearity.sparse and apart is None:
             warnings.append(_TOO_FEW)

@@ -119,3 +119,18 @@ def test_a_law_of_the_class_is_resolved():
     assert found.resolved
     assert found.to_dict()["confidence"] == 0.95
     assert found.conclusion.startswith("With 95 % confidence")
+
+
+# sectors, by hand: round(s) is 1 at s = 1/2 and 0 below it, [0, 2], whatever the step; a relay that is 0 up to 1/2,
+# [0, 2]. Twice as many pieces fit no better, and 95 % was stated of [0.32, 1.60], [0.92, 1.07] and [-1.08, 2.95]
+@pytest.mark.parametrize(
+    "stepped",
+    [np.round, lambda u: np.round(4 * u) / 4, lambda u: np.where(np.abs(u) > 0.5, np.sign(u), 0)],
+    ids=["quantiser", "fine quantiser", "relay with dead zone"],
+)
+def test_no_confidence_is_stated_for_a_nonlinearity_that_jumps(stepped):
+    u = np.linspace(-2, 2, 200)
+    errors = 0.001 * np.random.default_rng(0).standard_normal(200)
+    found = sector_from_data(Measurements.from_arrays(u, stepped(u) + errors))
+    assert not found.resolved
+    assert "jumps" in str(found)
