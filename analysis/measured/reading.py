@@ -123,7 +123,8 @@ class Measurements(Record):
     @property
     def stiffness_unit(self) -> str:
         """Unit of load over displacement."""
-        return self.unit if self.displacement_unit == "1" else f"{self.unit}/{self.displacement_unit}"
+        below = f"({self.displacement_unit})" if "/" in self.displacement_unit else self.displacement_unit
+        return self.unit if below == "1" else f"{self.unit}/{below}"
 
     @property
     def area_unit(self) -> str:
@@ -467,8 +468,12 @@ def _guessed(table: Table, role: str, among: set[int], *, taken: bool) -> tuple[
         if by_unit:
             break
     if len(by_unit) == 1:
-        return by_unit[0], "the only one with such a unit"
+        kinds_taken = {unit.kind for i, unit in enumerate(units) if i not in among and unit is not None}
+        alike = not kinds_taken.isdisjoint(kinds)
+        return by_unit[0], "the other one with such a unit" if alike else "the only one with such a unit"
     named = [i for i in by_unit or free if any(word in split[i][0].casefold() for word in _WORDS[role])]
+    if role == "displacement":
+        named = named or [i for i in by_unit or free if split[i][0].strip().casefold() == "x"]
     if len(named) == 1:
         return named[0], "by its name"
     other = "force" if role == "displacement" else "displacement"

@@ -190,3 +190,11 @@ def test_commas_that_might_mark_thousands_are_noted():
     found = read_measurements("Weg [mm];Kraft [N]\n0;1,234\n1;5,600\n2;9,000\n")
     assert (found.load[0], found.notes) == (1.234, ("Commas were read as decimal points: 1,234 as 1.234.",))
     assert read_measurements("Weg [mm];Kraft [N]\n0;1,234\n1;5,60\n2;9,000\n").notes == ()
+
+
+# of two columns in volts neither is the only one, and x is the argument wherever it stands
+def test_two_columns_with_one_unit_are_told_apart_in_words_that_are_true():
+    found = read_measurements("y [V],x [V]\n1,1\n2,2.5\n4.5,4\n")
+    np.testing.assert_array_equal(found.displacement, [1, 2.5, 4])
+    assert found.reasons == ("by its name", "the other one with such a unit")
+    assert read_measurements("speed [m/s],force [N]\n1,1\n2,2.5\n4.5,4\n").stiffness_unit == "N/(m/s)"
