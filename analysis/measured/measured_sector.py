@@ -120,7 +120,18 @@ class MeasuredSector(Record):
     @property
     def stated(self) -> bool:
         """Whether the bounds are stated with the confidence: no loop was seen, and the nonlinearity is ``resolved``."""
-        return self.memoryless and self.resolved
+        return self.memoryless and not self.doubt
+
+    @property
+    def doubt(self) -> str:
+        """Why no confidence is stated where no loop was seen; empty where it is."""
+        if any(nonlinearity.twofold for nonlinearity in self.nonlinearities):
+            return "the readings lie in two groups, above and below one curve"
+        if self.resolved:
+            return ""
+        if self.sparse:
+            return "the rows are too few to see it bend within its pieces"
+        return "the nonlinearity bends or jumps within its pieces, against what is assumed"
 
     @property
     def bounded(self) -> bool:
@@ -172,12 +183,10 @@ class MeasuredSector(Record):
             return f"{self._loop} The element has memory: no sector is stated for it (observed, not proved)."
         unit = self.measurements.stiffness_unit
         slopes = f"slopes in [{_down(self.slope_lower.bound)}, {_up(self.slope_upper.bound)}] {unit}"
-        if not self.resolved:
-            why = "the nonlinearity bends or jumps within its pieces, against what is assumed"
-            why = "the rows are too few to see it bend within its pieces" if self.sparse else why
+        if self.doubt:
             return (
                 f"F{where[1:]}, the mean nonlinearity is estimated to {self._chords('lie')} and to have "
-                f"{slopes}; no confidence is stated, since {why}, "
+                f"{slopes}; no confidence is stated, since {self.doubt}, "
                 "and nothing is known outside this range (observed, not proved)."
             )
         return (

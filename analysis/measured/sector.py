@@ -317,6 +317,10 @@ _TOO_FEW = (
     "The rows are too few to see a nonlinearity bend within its pieces, against what is assumed: no confidence is "
     "stated; measure at least 24 rows at 8 displacements."
 )
+_TWO_GROUPS = (
+    "The readings lie in two groups, above and below one curve, as those of a loop do whose rows were sorted: no "
+    "confidence is stated; give the rows in the order of recording, in which loading and unloading can be told apart."
+)
 _WIDE_GAP, _UNLIKE = 1 / 4, 8  # of the displacements measured, and times the gap that is usual
 
 
@@ -422,6 +426,8 @@ def sector_from_data(
         if apart is None:  # a loop is open at 0, and that is no offset
             warnings.append(_offset_text(offset, measurements.unit))
     for nonlinearity in nonlinearities:
+        if nonlinearity.twofold and apart is None:
+            warnings.append(_TWO_GROUPS)
         if nonlinearity.curved < BENT and apart is None:
             warnings.append(
                 f"The nonlinearity bends or jumps within its pieces (p = {nonlinearity.curved:.1g}), against what is "

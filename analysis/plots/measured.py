@@ -84,8 +84,11 @@ def plot_measured(
     _finish(above, below, (float(x[0]), float(x[-1])), f"σ [{data.displacement_unit}]", data)
     confidence = f"{100 * found.confidence:g} %" if found.stated else "no confidence stated"
     if found.memoryless:
-        why = "the rows are too few" if found.sparse else "the nonlinearity bends too much"
-        said = f"{confidence}, if the assumptions hold" if found.resolved else f"{confidence}: {why}"
+        said = (
+            f"{confidence}, if the assumptions hold"
+            if found.stated
+            else f"{confidence}:\n{found.doubt.partition(',')[0]}"
+        )
         note(above, said, corner="lower right")
     else:
         note(above, f"a loop: the element has memory;\n{confidence}", corner="lower right")

@@ -134,3 +134,17 @@ def test_no_confidence_is_stated_for_a_nonlinearity_that_jumps(stepped):
     found = sector_from_data(Measurements.from_arrays(u, stepped(u) + errors))
     assert not found.resolved
     assert "jumps" in str(found)
+
+
+@pytest.mark.parametrize(("width", "rounded", "groups"), [(0.3, 0, 2), (0.005, 0, 1), (0.0, 0.05, 1)])
+def test_a_loop_whose_rows_were_sorted_states_no_confidence(width, rounded, groups):
+    # 4 cycles of friction, 0.3 to either side; loads that are rounded scatter evenly, and make no groups
+    t = np.arange(200) * 2 * np.pi / 50
+    u, noise = np.sin(t), np.random.default_rng(5).normal(0, 1e-2, t.size)
+    p = 2 * u + width * np.sign(np.cos(t)) + (noise if not rounded else 0)
+    p = rounded * np.round(p / rounded) if rounded else p
+    order = np.argsort(u)
+    found = sector_from_data(Measurements(displacement=u[order], load=p[order], unit="N", lines=np.arange(1, 201)))
+    assert ("two groups" in str(found)) is (groups == 2)
+    if not rounded:  # which makes jumps
+        assert found.stated is (groups == 1)
