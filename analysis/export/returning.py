@@ -41,9 +41,10 @@ LIBRARIES = (
     "contraction.v",
     "returns.v",
 )
-GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 16, 6, 8
-LONGEST, FINE = (10, 6), 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
+GROWTHS, DIGITS, ROUNDS, FEWER = range(5), 10, 6, 8
+LONGEST, FINE = (16, 12, 10, 8, 6), 48  # steps of a stay, beyond which it is cut; bits of the plane at which it is
 BESIDE, FAR, PRECISION, MOST_TERMS, MOST_WORK = (52, 58), 16, 1024, 80, 10**9
+Cut = tuple[list[int], Vector, list[Vector], Rows]  # pieces, durations, starts, and the forms that are 0 there
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,7 +271,7 @@ class _Orbit:
 
     def cut(
         self, matrices: Mapping[int, Matrix], times: Vector, parts: list[int], starts: list[Vector], entries: Rows
-    ) -> tuple[list[int], Vector, list[Vector], Rows]:
+    ) -> Cut:
         """Each stay in so many of equal durations: after the first they start where a plane is crossed."""
         found, more = list[Vector](), Rows()
         for p, t, k, start, entry in zip(self.pieces, times, parts, starts, entries, strict=True):
@@ -284,8 +285,22 @@ class _Orbit:
         pieces = [p for p, k in zip(self.pieces, parts, strict=True) for _ in range(k)]
         return pieces, [t / k for t, k in zip(times, parts, strict=True) for _ in range(k)], found, more
 
+    def stays_of(
+        self, whole: Mapping[int, tuple[int, Rows]], given: Cut, counts: list[int], beside: int
+    ) -> tuple[list[Stay], int]:
+        """The stays in so many steps each, and the bits of their numbers."""
+        bits, fine, found = 2 * max(counts) + beside, max(counts) + beside - FEWER, list[Stay]()
+        for p, t, x, entry, k in zip(*given, counts, strict=True):
+            d, rows = whole[p]
+            h = in_binary(t / (k * d), fine)
+            sides = [self.side(self.levels[p]), self.side(self.levels[p + 1], -1)]
+            z = [*(round(v * 2**bits) for v in x[:-1]), 1 << bits]
+            own = Stay(d=d, rows=rows, p=h.numerator, q=h.denominator, steps=k, start=z, entry=entry, sides=sides)
+            found.append(own)
+        return found, bits
+
     def numbers(self, matrices: Mapping[int, Matrix], times: Vector, starts: list[Vector], entries: Rows) -> _Numbers:
-        """The first that hold, of stays that are cut less and less often seldom enough."""
+        """Those that hold with the least work, of stays that are cut less often or more."""
         whole = {p: whole_rows(A) for p, A in matrices.items()}
 
         def fewest(weights: list[int], pieces: Sequence[int], times: Vector) -> list[int]:
@@ -304,29 +319,27 @@ class _Orbit:
             return sum(fewest(weights, self.pieces, times))
 
         weights = min(([*(1 << g * k for k in range(self.n)), 1] for g in GROWTHS), key=cost)
+        tried = list[tuple[int, int, Cut, int]]()
         for longest, beside in product(LONGEST, BESIDE):
             parts = [-(-k // longest) for k in fewest(weights, self.pieces, times)]
-            pieces, shorter, more, crossed = self.cut(matrices, times, parts, starts, entries)
-            counts = fewest(weights, pieces, shorter)
-            for _ in range(ROUNDS):
-                bits, fine = 2 * max(counts) + beside, max(counts) + beside - FEWER
-                stays = []
-                for t, k, x, entry, p in zip(shorter, counts, more, crossed, pieces, strict=True):
-                    d, rows = whole[p]
-                    h = in_binary(t / (k * d), fine)
-                    sides = [self.side(self.levels[p]), self.side(self.levels[p + 1], -1)]
-                    z = [*(round(v * 2**bits) for v in x[:-1]), 1 << bits]
-                    own = Stay(
-                        d=d, rows=rows, p=h.numerator, q=h.denominator, steps=k, start=z, entry=entry, sides=sides
-                    )
-                    stays.append(own)
-                if self.work(stays, bits) > MOST_WORK:
+            given = self.cut(matrices, times, parts, starts, entries)
+            work = self.work(*self.stays_of(whole, given, fewest(weights, *given[:2]), beside))
+            tried.append((work, len(tried), given, beside))
+        best, least = None, MOST_WORK
+        for work, _, given, beside in sorted(tried):
+            counts = fewest(weights, *given[:2])
+            for _ in range(ROUNDS if work < least else 0):
+                stays, bits = self.stays_of(whole, given, counts, beside)
+                if (work := self.work(stays, bits)) >= least:
                     break
                 found = _Numbers(stays, weights, bits)
                 if not found.wrong:
-                    self.pieces = pieces
-                    return found
+                    best, least = (given[0], found), work
+                    break
                 counts = [k + (k + 1) // 2 * (i in found.wrong) for i, k in enumerate(counts)]
+        if best is not None:
+            self.pieces, found = best
+            return found
         raise refused("its orbit takes steps of so many digits that Coq would take minutes")
 
     def work(self, stays: Sequence[Stay], bits: int) -> int:
