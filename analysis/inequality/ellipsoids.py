@@ -26,6 +26,7 @@ from lure.arrays import NDArray, np
 
 Matrix: TypeAlias = "NDArray[np.float64]"
 _LEAST_WIDTH, _ROUNDING = 1e-9, 1e-14  # of a sector, in the choice of units; of eigenvalues
+_SEEN, _LONGER = 1e-10, 100.0  # below which a state is seen by rounding alone; times a first set, for states not seen
 
 
 class Local(NamedTuple):
@@ -110,6 +111,9 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         None where the solver finds none; else what has still to be proved.
     """
     guess, found = linear_ellipsoid(plant, local, discrete=discrete), None
+    unseen = None
+    if guess is not None and not isinstance(points, Disturbance):
+        unseen = _unseen(plant, guess, points)
     for turn in range(turns):  # x = scale z, in which the last ellipsoid is the unit ball; phi by the weights, and
         # sigma so that all sectors are about 1 wide
         if guess is None:
@@ -126,12 +130,38 @@ def ellipsoid(  # noqa: PLR0913  (what a search needs)
         elif points is not None:
             turned_points = points @ back.T
             moved = turned_points / float(np.linalg.norm(turned_points, axis=1).max())
-        guess = _solved(turned, own, moved, max(margin, 1e-5) if turn == 0 else margin, discrete=discrete)
+        capped = None if unseen is None else unseen @ scale
+        guess = _solved(
+            turned, own, moved, max(margin, 1e-5) if turn == 0 else margin, discrete=discrete, capped=capped
+        )
         if guess is not None:
             P, rows = back.T @ guess.P @ back, a[:, None] * guess.rows @ back
             guess = Ellipsoid(P, guess.weights / a**2, rows, guess.energy)
             found = guess
     return found
+
+
+def _unseen(plant: Sequence[Matrix], guess: Ellipsoid, points: Matrix | None) -> Matrix | None:
+    """Functionals of the states that no ``sigma`` sees, of at most 1 where a set may go; None if all are seen.
+
+    A set that is invariant stays so when it is made longer along such states, so that there is no largest one; it may
+    go as far as the ``points``.
+    """
+    A, _, C, _ = plant
+    try:
+        root = np.linalg.cholesky(np.linalg.inv(guess.P))  # in units in which a first ellipsoid is the unit ball
+    except np.linalg.LinAlgError:
+        return None
+    back = np.linalg.solve(root, A @ root)
+    rows = [C @ root / max(float(np.linalg.norm(C @ root)), 1e-300)]
+    for _ in range(len(A) - 1):
+        rows.append(rows[-1] @ back / max(float(np.linalg.norm(back, 2)), 1e-300))
+    values, basis = np.linalg.svd(np.vstack(rows))[1:]
+    rank = int(np.sum(values > _SEEN * values[0]))
+    if rank == len(A):
+        return None
+    found = np.asarray(basis[rank:] @ np.linalg.inv(root)) / _LONGER
+    return found if points is None else found / max(1.0, float(np.linalg.norm(points @ found.T, axis=1).max()))
 
 
 def in_units(
@@ -226,13 +256,14 @@ def unsaturated_ellipsoid(plant: Sequence[Matrix], local: Sequence[Local], *, di
     return Ellipsoid(P, np.full(len(local), max(weight, 1e-300)), wide[:, None] * C)
 
 
-def _solved(
+def _solved(  # noqa: PLR0913  (what a search needs)
     plant: Sequence[Matrix],
     local: Sequence[Local],
     points: Matrix | Disturbance | None,
     margin: float,
     *,
     discrete: bool,
+    capped: Matrix | None = None,
 ) -> Ellipsoid | None:
     n, m = plant[1].shape
     w_of, seen = (points.B, points.D) if isinstance(points, Disturbance) else (np.zeros((n, 0)), np.zeros((m, 0)))
@@ -285,6 +316,7 @@ def _solved(
         start[-1] = max(float(np.sum(w_of**2)) / decay, 1e-12)
     blocks = [even(main, start)]
     blocks += [_limited(own, count, basis, (s, Y[:, i]), plant[2][i]) for i, own in enumerate(local)]
+    blocks += [] if capped is None else [_ended(count, basis, capped)]
     cost, logarithms = np.zeros(count), list[tuple[int, int]]()
     if points is None:
         block, logarithms = _log_det(count, basis, k + m)
@@ -295,6 +327,13 @@ def _solved(
         blocks += [] if isinstance(points, Disturbance) else [_holding(point, count, basis) for point in points]
     found = proposed(cost, blocks, np.zeros((0, count)), np.zeros(0), logarithms=logarithms)
     return None if found is None or not _held(blocks, found) else _read(found, basis, Y, disturbed=p > 0)
+
+
+def _ended(count: int, basis: Matrix, rows: Matrix) -> Block:
+    """That functionals of the states are at most 1 on the set."""
+    block = Block(np.eye(len(rows)), np.zeros((count, len(rows), len(rows))))
+    block.slopes[: len(basis)] = -(rows @ basis @ rows.T)
+    return block
 
 
 def _read(found: Matrix, basis: Matrix, Y: Matrix, *, disturbed: bool) -> Ellipsoid | None:

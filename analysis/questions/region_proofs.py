@@ -40,6 +40,7 @@ _TRIED = 8  # of the intervals proposed
 _FARTHER = 1.01  # along an axis, for another ellipsoid to be worth its certificate
 MOST_DISTURBED = 12  # channels, from which on no disturbance is asked about
 _THIN, _LINE, _FLAT = Fraction(1, 1024), Fraction(1, 10**9), 1e14
+_FILLED = 1e-2  # of an interval, at least, that a set goes through
 _MORE = Fraction(1, 10**9)  # by which the interval of a channel that sees no state exceeds what reaches it
 
 
@@ -208,7 +209,8 @@ def _reaches(
             reach = Fraction(2.0**log).limit_denominator(10**9) if log > -20 else Fraction(2.0**log)
             given[i] = reach if shapes[i].reach is None else min(reach, shapes[i].reach or reach)
         used = _local(plant, shapes, given, exactly=False)
-        return _size(None if used is None else _found(sides, used, points, discrete=discrete), points)
+        found = None if used is None else _found(sides, used, points, discrete=discrete)
+        return _size(found, points) if used and found and _filled(sides[2], used, found, own) else -math.inf
 
     def exactly(logs: Sequence[float]) -> list[Fraction | None]:
         """The intervals, of few digits."""
@@ -248,6 +250,12 @@ def _reaches(
     for value, start in sorted(sizes, reverse=True):
         if value > -math.inf:
             yield exactly(start)
+
+
+def _filled(C: NDArray[np.float64], used: _Used, found: Ellipsoid, own: Sequence[int]) -> bool:
+    """Whether a set needs the intervals on which its sectors hold; else it is what rounding leaves of none."""
+    spread = [float(np.sqrt(C[i] @ np.linalg.solve(found.P, C[i]))) / used.local[i].reach for i in own]
+    return max(spread) > _FILLED
 
 
 def _size(found: Ellipsoid | None, points: Goal) -> float:

@@ -10,14 +10,15 @@ import pytest
 from lure import InputError, Saturation, as_plant
 from lure.analysis.certificates.checker import CONVERGES
 from lure.analysis.certificates.second.opinion import recheck
+from lure.analysis.inequality.ellipsoids import Local, ellipsoid
 from lure.analysis.questions import regions
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.region_areas import form_said
-from lure.analysis.questions.region_proofs import unstable_near_0
-from lure.analysis.questions.region_sets import plus, shape_of
+from lure.analysis.questions.region_proofs import proved_ellipsoid, unstable_near_0
+from lure.analysis.questions.region_sets import matrix_of, plus, shape_of
 from lure.analysis.questions.regions import AttractedSet, OutsideSet, RegionOfAttraction, region
 from lure.analysis.verdict import Verdict
-from lure.nonlinearities import PiecewiseLinear
+from lure.nonlinearities import Cubic, PiecewiseLinear
 
 PROVED, OPEN = Verdict.PROVED, Verdict.INCONCLUSIVE
 POINTS = ((F(0), F(0)), (F(2), F(0)), (F(0), F(2)))
@@ -366,3 +367,35 @@ def test_nothing_else_is_said_of_it():
 def test_nothing_is_said_where_sigma_need_not_be_near_0():
     plant = channel_plant(as_plant(([[1]], [[1]], [[1]], [[-3]])))
     assert unstable_near_0(plant, [shape_of(Saturation(limit=1))]) is None
+
+
+# x' = -x - phi, q' = x - q: q acts on nothing, so a set may be made longer along q for ever, and none is the largest.
+# phi = -x^3: x tends to 0 from between -1 and 1, whatever q is
+@pytest.mark.slow
+def test_a_state_that_sigma_does_not_see_leaves_the_others_their_region():
+    downstream = channel_plant(as_plant(([[-1, 0], [1, -1]], [1, 0], [1, 0], 0)))
+    falling = shape_of(Cubic(linear=0, cubic=-1))
+    found = proved_ellipsoid(downstream, [falling], None)
+    assert found is not None
+    P = np.array(matrix_of(found.certificate), dtype=float)
+    widths = np.sqrt(np.diag(np.linalg.inv(P)))
+    assert 0.9 < widths[0] < 1
+    assert 10 < widths[1] < 1e7
+
+
+# the same loop with the sector [-1/2, 0] on |x| <= 1/2: x goes as far as that, and q a hundred times as far as at first
+def test_an_ellipsoid_is_not_made_longer_for_ever_along_a_state_that_is_not_seen():
+    plant = [np.array(part, dtype=float) for part in ([[-1, 0], [1, -1]], [[1], [0]], [[1, 0]], [[0]])]
+    found = ellipsoid(plant, [Local(-0.5, 0.0, None, 0.5)], discrete=False)
+    widths = np.sqrt(np.diag(np.linalg.inv(found.P)))
+    assert widths == pytest.approx([0.5, 50], rel=0.5)
+
+
+# a phase-locked loop with proportional and integral paths that cancel: sigma = x1 + x2 has sigma' = -2 sin(sigma), and
+# no sigma sees x1 - x2. A sector of sin on 2^24, of no set at all, was bounded for minutes, and nothing proved
+@pytest.mark.slow
+def test_an_interval_that_no_set_goes_through_is_not_looked_at():
+    found = region(([[0, 1], [0, -1]], [1, 1], [1, 1], 0), "sin(sigma)")
+    assert found.verdict is Verdict.PROVED
+    assert found.sets[0].contains([1.5, 1.5])
+    assert not any(one.contains([1.6, 1.6]) for one in found.sets)  # sigma > pi
