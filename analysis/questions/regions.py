@@ -362,8 +362,8 @@ def region(
     nonlinearities that are known.  An ellipsoid ``V = x'P x <= 1`` is attracted by 0 if ``V`` falls on it, where each
     ``phi_i`` may be bounded by what holds on the ellipsoid alone: a sector on the interval ``|sigma_i| <= c``; or, of a
     line with limits ``phi = e sigma + p``, ``(p_0 - p)(p - h x) >= 0`` where ``|h x| <= limit``, ``p_0`` without the
-    limits (the generalised sector condition) [1]_ [2]_.  In continuous time larger sets are looked for with
-    ``V = x'P x + 2 sum theta_i int_0^{sigma_i} phi_i``.  With one state the signs of ``x'`` tell it exactly.
+    limits (the generalised sector condition) [1]_ [2]_.  In continuous time larger sets are looked for with ``V = x'P x
+    + 2 sum theta_i int_0^{sigma_i} phi_i``.  With one state and polynomials between cuts the signs of ``x'`` decide.
 
     Parameters
     ----------
