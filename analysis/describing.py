@@ -15,7 +15,7 @@ from lure.analysis.inequality.plant import TransferPolynomials, closed_loop_pole
 from lure.analysis.numerics.polynomial import exact_midpoint, real_roots, to_fmpq, to_fraction
 from lure.analysis.verdict import Evidence
 from lure.errors import AssumptionError, InputError
-from lure.nonlinearities import Cubic, GraphNonlinearity, Quantiser, ShiftedNonlinearity
+from lure.nonlinearities import Cubic, ExpressionNonlinearity, GraphNonlinearity, Quantiser, ShiftedNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity, control_saturation, is_control_nonlinearity
 from lure.plants.conversion import exact_block
@@ -39,11 +39,12 @@ def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[n
 
     Parameters
     ----------
-    nonlinearity : Nonlinearity, callable, or control.DescribingFunctionNonlinearity
-        An odd nonlinearity.  Closed form for piecewise linear ones, the cubic and the quantiser; for others, functions
-        of arrays among them, Gauss quadrature on intervals that halve towards ``t = 0``, so that a steep slope at 0 is
-        resolved.  Of one that does not say whether it is odd a sample is taken.  For the nonlinearities with memory of
-        python-control (relay with hysteresis, backlash) what their own ``describing_function`` returns.
+    nonlinearity : Nonlinearity, text, callable, or control.DescribingFunctionNonlinearity
+        An odd nonlinearity, or its formula.  Closed form for piecewise linear ones, the cubic and the quantiser; for
+        others, functions of arrays among them, Gauss quadrature on intervals that halve towards ``t = 0``, so that a
+        steep slope at 0 is resolved, and beside jumps.  Of one that does not say whether it is odd, and of a formula, a
+        sample is taken.  For the nonlinearities with memory of python-control (relay with hysteresis, backlash) what
+        their own ``describing_function`` returns.
     amplitude : array_like
         ``A > 0`` [unit of sigma].
 
@@ -66,6 +67,7 @@ def describing_function(nonlinearity: object, amplitude: ArrayLike) -> NDArray[n
     sizes = np.asarray(amplitude, dtype=float)
     if not (np.isfinite(sizes) & (sizes > 0)).all():
         raise InputError("describing_function: an amplitude is not a positive finite number")
+    nonlinearity = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else nonlinearity
     nonlinearity = control_saturation(nonlinearity) or nonlinearity
     if is_control_nonlinearity(nonlinearity):
         values = [complex(nonlinearity.describing_function(float(size))) for size in sizes.ravel()]  # type: ignore[attr-defined]  # of python-control
@@ -86,7 +88,8 @@ def real_describing_function(nonlinearity: Nonlinearity, sizes: NDArray[np.float
     AssumptionError
         As for :func:`describing_function`.
     """
-    if not (getattr(nonlinearity, "odd", False) if hasattr(nonlinearity, "odd") else _seems_odd(nonlinearity, sizes)):
+    said = hasattr(nonlinearity, "odd") and not isinstance(nonlinearity, ExpressionNonlinearity)
+    if not getattr(nonlinearity, "odd", False) and (said or not _seems_odd(nonlinearity, sizes)):
         raise AssumptionError(
             f"the describing function needs an odd nonlinearity, and {nonlinearity} is not known to be odd: a constant "
             f"term would take "
@@ -142,14 +145,36 @@ def _of_quantiser(nonlinearity: Quantiser, sizes: NDArray[np.float64]) -> NDArra
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
+_HALVINGS, _MOST_CELLS, _CLOSE = 50, 4000, 1e-13
+
+
 def _by_quadrature(nonlinearity: Nonlinearity, size: float) -> float:
-    """Gauss quadrature between 0, the dyadic fractions of a quarter period, and the corners of the nonlinearity."""
+    """Gauss quadrature between 0, the dyadic fractions of a quarter period, and the corners of the nonlinearity.
+
+    Where halves of an interval give another value, as beside a jump of a formula, they are halved again.
+    """
     corners = [math.asin(float(x) / size) for x in getattr(nonlinearity, "breakpoints", ()) if 0 < x < size]
     cuts = np.unique([0.0, *(math.pi / 2 * 2.0**-j for j in range(60)), *corners])
-    half = np.diff(cuts)[:, None] / 2
-    t = cuts[:-1, None] + half * (_NODES + 1)
-    sine = np.sin(t)
-    return float(4 / (math.pi * size) * (half * _WEIGHTS * nonlinearity(size * sine) * sine).sum())
+
+    def over(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The integrals over intervals."""
+        half = (high - low)[:, None] / 2
+        sine = np.sin(low[:, None] + half * (_NODES + 1))
+        return np.asarray((half * _WEIGHTS * nonlinearity(size * sine) * sine).sum(axis=1))
+
+    low, high, total = cuts[:-1], cuts[1:], 0.0
+    whole = over(low, high)
+    close = _CLOSE * float(np.abs(whole).sum())
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        left, right = over(low, middle), over(middle, high)
+        far = np.abs(left + right - whole) > close
+        total += float((left + right)[~far].sum())
+        low, high = np.concatenate([low[far], middle[far]]), np.concatenate([middle[far], high[far]])
+        whole = np.concatenate([left[far], right[far]])
+        if not far.any() or low.size > _MOST_CELLS:
+            break
+    return 4 / (math.pi * size) * (total + float(whole.sum()))
 
 
 AMPLITUDE_DECADES = (-9, 9)

@@ -105,6 +105,17 @@ def test_values_by_hand():
     )
 
 
+# a relay with the dead zone 1/2, of level 1: (4/(pi A)) sqrt(1 - 1/(4 A^2)); 1.10791 was returned for A = 1
+def test_formulas_that_jump_are_integrated_up_to_their_jumps():
+    found = describing_function("where(abs(sigma) > 0.5, sign(sigma), 0)", [0.4, 1.0, 3.0])
+    assert found == pytest.approx(
+        [0, 4 / math.pi * math.sqrt(0.75), 4 / (3 * math.pi) * math.sqrt(1 - 1 / 36)], rel=1e-9
+    )
+    assert describing_function("sigma*abs(sigma)", 2.0) == pytest.approx(16 / (3 * math.pi))  # 8 A/(3 pi)
+    with pytest.raises(AssumptionError, match="not known to be odd"):
+        describing_function("sigma**2", 1.0)
+
+
 def test_the_quantiser_far_out_is_the_identity():
     # where the sum over the jumps is cut short, at 2000 steps, both sides of the cut agree to 1e-4
     assert describing_function(Quantiser(), [1999.7, 2000.3, 1e9]) == pytest.approx(1, abs=1e-4)
