@@ -117,7 +117,9 @@ def hints(
     end = nonlinearity_class.sector.upper
     serving = [row.largest.low for row in rows if serves(row, nonlinearity_class) and _promised(row)]
     if serving and nonlinearity_class.sector.lower < max(serving) < end:
-        found.append(f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved")
+        text = f"an upper bound of {bound_below(max(serving))} instead of {float(end):.7g} would be proved"
+        own = nonlinearity is None or nonlinearity.sector.upper <= max(serving)
+        found.append(text if own else f"{text}, in which {nonlinearity} does not lie")
     names = ("time-varying", "time-invariance", "slope bounds", "slope bounds and oddness")
     for name, row in zip(names, rows, strict=True):
         enough = _promised(row) and end <= row.largest.low and end != math.inf

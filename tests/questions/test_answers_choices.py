@@ -11,6 +11,7 @@ from worded import PLAIN, shown
 
 from lure import (
     AssumptionError,
+    DeadZone,
     InputError,
     NonlinearityClass,
     RationalPlant,
@@ -212,6 +213,15 @@ def test_what_would_be_proved_is_advised(low, high, ends, said):
     assert len(found) == len(said)
     assert all(map(str.startswith, found, said))
     assert advice.hints(problem, rows, (), SimpleNamespace(verdict=Verdict.PROVED)) == ()
+
+
+# a dead zone comes to the slope 1, so that no smaller bound is one of it, and a proof up to 0.99 is about others
+def test_a_bound_that_the_nonlinearity_exceeds_is_said_to_be_one():
+    rows, given = [reaching(0.99)] * 4, NonlinearityClass(sector=Sector(0, 1))
+    (found,) = advice.hints(SimpleNamespace(given=given, nonlinearity=DeadZone(width=1, gain=1)), rows, (), OPEN)
+    assert found.endswith("instead of 1 would be proved, in which dead zone of |sigma| <= 1, then slope 1 does not lie")
+    (found,) = advice.hints(SimpleNamespace(given=given, nonlinearity=Saturation(gain=F(1, 2))), rows, (), OPEN)
+    assert found.endswith("would be proved")
 
 
 def test_slopes_that_begin_below_are_served_by_a_row_of_slopes_that_does_too():
