@@ -243,7 +243,7 @@ _FEW_TICKS = 5.0  # between the ends of an axis, below which 1, 2, 5 are too few
 
 
 def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
-    """The largest ``|z(t)|`` over a period against the frequency of the input, both axes logarithmic.
+    """The largest ``|z|`` of steady responses against the frequency of the input, both axes logarithmic.
 
     Blue bars: certified at that frequency, whatever the start.  The dashed curve is harmonic balance in floating
     point, and the shade between the bars is interpolated: at other frequencies nothing is certified.  Orange and grey
@@ -297,7 +297,7 @@ def plot_steady(found: SteadyResponse, *, ax: Axes | None = None) -> Axes:
     axes.set_yscale("log")
     unit = "" if found.forcing is None or not found.forcing.unit else f" [{found.forcing.unit}]"
     axes.set_xlabel("ω [rad/s]")
-    axes.set_ylabel(f"largest |z| over a period{unit}")
+    axes.set_ylabel(f"largest |z| of a steady response{unit}")
     _ticks(axes)
     return finish_axes(axes, legend="best")
 

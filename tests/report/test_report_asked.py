@@ -2,7 +2,10 @@
 
 import pytest
 
+from lure import Sector
+from lure.analysis import decay_rate, steady_response
 from lure.analysis.report import report_on
+from lure.analysis.report.loop.asked import ASKED
 from lure.errors import InputError
 from lure.files import find_system
 
@@ -47,3 +50,18 @@ def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
     with pytest.raises(InputError, match=rf"^report\.ask has '{question}', "):
         report_on(made(tmp_path, question), output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+# x' = x - phi grows like e^t with phi = 0, x+ = 2 x - phi like 2^t: nothing there decays
+@pytest.mark.parametrize("plant", ["1/(s - 1)", "1/(z - 2)"])
+def test_the_figure_of_what_grows_does_not_say_that_it_decays(plant):
+    said = ASKED["rate"].caption(decay_rate(plant, Sector(0, 0.5)))
+    assert "no solution of any member grows faster than, certified. Red: a member that grows as fast." in said
+    assert "decays" in ASKED["rate"].caption(decay_rate("1/(s + 1)", Sector(0, 0.5)))
+
+
+# a sine that is sampled need not be periodic, and the amplitude is the least upper bound of all samples
+@pytest.mark.slow
+def test_the_amplitude_in_samples_is_not_said_to_be_that_of_a_period():
+    found = steady_response("1/(z - 1/2)", "sigma/4 + tanh(sigma)/8", {"amplitude": 1, "omega": 1})
+    assert found.plot().get_ylabel() == "largest |z| of a steady response"

@@ -40,10 +40,13 @@ def _rate(found: RateBound) -> str:
     words = []
     if found.proof is not None or found.refutation is not None:
         words.append("Grey: eigenvalues with constant gains of the class, in floating point.")
+    sides = (found.rate.high, found.rate.low) if found.time == "discrete" else (found.rate.low, found.rate.high)
+    proved, shown = (rate > 1 if found.time == "discrete" else rate < 0 for rate in sides)  # whether it may grow
     if found.proof is not None:
-        words.append("Blue: what every solution of every member decays at least as fast as, certified.")
+        slowest = "every solution of every member decays at least as fast as"
+        words.append(f"Blue: what {'no solution of any member grows faster than' if proved else slowest}, certified.")
     if found.refutation is not None:
-        words.append("Orange: a member that is no faster.")
+        words.append("Orange: a member that grows as fast." if shown else "Orange: a member that is no faster.")
     return " ".join(words)
 
 
