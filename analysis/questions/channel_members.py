@@ -80,7 +80,13 @@ def members_refuting(asked: Problem, *, most: float) -> tuple[Fraction, Refuted]
     if moving is not None:
         return moving
     found = [one for one in (_by_gains(asked, most), others(asked, most)) if one is not None]
-    return min(found, key=lambda one: one[0], default=None)
+    best = min(found, key=lambda one: one[0], default=None)
+    if best is None or math.isinf(most):
+        return best
+    given = refutation(
+        asked, Fraction(most), best[1].certificate["proof"]
+    )  # of the classes as they are, not of smaller
+    return best if given is None else (Fraction(most), given)
 
 
 def _from_rest(asked: Problem, most: float) -> tuple[Fraction, Refuted] | None:

@@ -174,3 +174,14 @@ def test_a_scalar_operator_has_scalings_where_d_has_a_cycle():
         shown = certify(CYCLE, Diagonal((one, one), repeated=True))
         assert shown.verdict.name == verdict
         assert recheck(dict(shown.shown.certificate)).accepted
+
+
+# 1/(s + 1) has the norm 1, so an operator of norm 3 may destabilise it. The certificate was about norms up to 1 + 1e-10
+# and functions up to a third of the bound, and the sentence named these in place of the classes that were given
+@pytest.mark.slow
+def test_a_refutation_is_about_the_classes_that_were_given():
+    plant = as_plant(([[-1, 0], [1, -2]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[0, 0], [0, 0]]))
+    shown = certify(plant, [NonlinearityClass.norm_bounded(3), Sector(0, 1)])
+    assert "L2 gain up to 3, at rest at first; channel 2" in str(shown)
+    assert str(shown).endswith("from 0 up to 1")
+    assert recheck(dict(shown.shown.certificate)).accepted
