@@ -296,6 +296,8 @@ def gain_limit(block: DelayPlant, response: DelayResponse, start: float, slowest
         end *= 2
         if end > start * FARTHEST:
             return Bracket(0.0, math.inf)
+    if end > start and (farther := _largest_crossing(block, response, end, slowest)) > best:
+        best, limit = farther, farther * (1 + arb(SLACK))
     if not best > 0:
         limit = arb("1e-6")
     if not _none_beyond(response, limit, end):

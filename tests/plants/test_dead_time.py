@@ -117,6 +117,18 @@ def test_what_the_theorems_do_not_cover_is_refused(text, words):
         popov_largest(DelayPlant.parse(text))
 
 
+# a delay in error, exp(-s) against exp(-11 s/10): H = exp(-s)(1 - exp(-s/10))/(s + 1) has its most negative crossing at
+# 9.08 rad/s, beyond all delays and poles; it was passed over, and after 200000 boxes no linear gain was known
+def test_a_crossing_beyond_all_features_ends_the_linear_gains():
+    block = DelayPlant.parse("exp(-s)/(s+1) - exp(-11/10*s)/(s+1)")
+    omega = np.linspace(9, 9.2, 200001)
+    response = np.exp(-1j * omega) * (1 - np.exp(-0.1j * omega)) / (1j * omega + 1)
+    crossing = response.real[np.abs(response.imag).argmin()]
+    gains = Delayed.of(block).gains()
+    assert gains.low == pytest.approx(-1 / crossing, rel=1e-5)
+    assert gains.high - gains.low < 1e-6
+
+
 def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
     with pytest.raises(AssumptionError, match="ask popov"):
         circle_largest(DelayPlant.parse("exp(-s)/s"))
