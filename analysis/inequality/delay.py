@@ -440,7 +440,8 @@ class DelayInequality:
         plant = Delayed.of(block, lower)
         if plant.response.critical and not weighted:
             raise AssumptionError(
-                f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov",
+                f"the block {block} has a pole at 0, where the circle criterion for dead time is not used; ask popov, "
+                "if phi does not depend on time, or begin the class above 0",
                 code=Reason.DEAD_TIME,
             )
         return cls(plant=plant, weighted=weighted, lower=lower)

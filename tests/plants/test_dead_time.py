@@ -130,7 +130,7 @@ def test_a_crossing_beyond_all_features_ends_the_linear_gains():
 
 
 def test_with_a_pole_at_zero_the_circle_criterion_is_refused():
-    with pytest.raises(AssumptionError, match="ask popov"):
+    with pytest.raises(AssumptionError, match="ask popov, if phi does not depend on time, or begin"):
         circle_largest(DelayPlant.parse("exp(-s)/s"))
 
 
