@@ -56,7 +56,7 @@ def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
 @pytest.mark.parametrize("plant", ["1/(s - 1)", "1/(z - 2)"])
 def test_the_figure_of_what_grows_does_not_say_that_it_decays(plant):
     said = ASKED["rate"].caption(decay_rate(plant, Sector(0, 0.5)))
-    assert "no solution of any member grows faster than, certified. Red: a member that grows as fast." in said
+    assert "no solution of any member grows faster than, certified. Orange: a member that grows as fast." in said
     assert "decays" in ASKED["rate"].caption(decay_rate("1/(s + 1)", Sector(0, 0.5)))
 
 
