@@ -13,7 +13,8 @@ from math import ceil, factorial
 from typing import Any, NamedTuple
 
 from . import arithmetic as exact
-from .arithmetic import ZERO, Critical, need
+from . import blocks
+from .arithmetic import ZERO, Critical, form, need
 from .balls import WORD, Lift, above, box, dot, outward, right_zeros, tail, turning
 from .frequencies import chained, quotient, shifted, signed, transfer
 
@@ -27,7 +28,8 @@ class Member(NamedTuple):
 
     After the shift by the lower bound, of a delay the gain 1: ``psi = -mu`` against ``width sigma - psi``; for a delay
     up to ``bound`` ``w = -mu = sigma(t - tau) - sigma``; of a slow one, ``tau' <= d``, the width is ``d/(1 - d)``.
-    Shifted by another gain of the class ``phi - l sigma`` against ``u sigma - phi``, ``low = l <= 0 <= u``.
+    Shifted by another gain of the class ``phi - l sigma`` against ``u sigma - phi``, ``low = l <= 0 <= u``.  With
+    kernels ``M`` in place of the weight is ``acting/over``, the latter ``> 0`` and of the degree ``rise``.
     """
 
     kind: str
@@ -36,6 +38,9 @@ class Member(NamedTuple):
     theta: Fraction
     bound: Fraction
     low: Fraction = ZERO
+    acting: exact.Form | None = None
+    over: exact.Form = exact.real(1)
+    rise: int = 0
 
 
 class Axis(NamedTuple):
@@ -66,6 +71,29 @@ class Axis(NamedTuple):
 def base(low: Fraction, high: Fraction) -> Fraction:
     """The gain by which a channel is shifted beside dead times: 0, or what is next to it in the bounds."""
     return min(max(low, ZERO), high)
+
+
+def with_kernels(one: Member, given: Any, odd: bool) -> Member:
+    """A function with ``M = lambda - sum c h``: kernels ``h >= 0`` of mass 1, ``c >= 0`` unless it is odd.
+
+    ``sum |c| <= lambda``.  Each ``h = (a/(a +- s))^n`` is ``(1 -+ s/a)^n`` over ``(1 + omega^2/a^2)^n``.
+    """
+    plain = isinstance(given, list) and all(isinstance(item, dict) and "delay" not in item for item in given)
+    form(plain, "kernels are a list, each with a rate")
+    _, terms = blocks.kernels({"theta": "0", "kernels": given}, False)
+    top = {a: max(n for _, _, b, n in terms if b == a) for _, _, a, _ in terms}
+    over = acting = exact.real(1)
+    for a, n in top.items():
+        over = over * exact.real(1, 0, 1 / a**2) ** n
+    acting = over * exact.real(one.weight)
+    for c, h, a, n in terms:
+        beside = exact.real(-c / a ** (2 * n))
+        for b, k in top.items():
+            beside = beside * exact.real(1, 0, 1 / b**2) ** (k - n * (b == a))
+        acting = acting + h * beside
+    need(sum((abs(c) for c, *_ in terms), ZERO) <= one.weight, "lambda is less than the masses of the kernels")
+    need(odd or all(c >= 0 for c, *_ in terms), "M has a kernel below 0, and the nonlinearity need not be odd")
+    return one._replace(acting=acting, over=over, rise=2 * sum(top.values()))
 
 
 def axis_of(H: Any, low: list[Fraction], members: list[Member]) -> Axis:
@@ -182,7 +210,7 @@ def taylor(p: exact.Form, k: int) -> Fraction:
     return sum((c * (-tau) ** (k - n) / factorial(k - n) for (tau, n), (c, _) in p.items() if n <= k), ZERO)
 
 
-def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
+def minors(axis: Axis, piece: Any, near: Any = exact.Form, apart: Any = None) -> list[Any]:
     r"""The leading minors of ``F`` with the multipliers ``(x, y)`` of one piece, times powers of ``|d|^2``.
 
     Row ``i`` of ``F``, plus its adjoint: ``lambda (1 + w H_i) + s theta H_i``, of a piece ``(x + i y)(1 + w H_i)``, and
@@ -192,9 +220,11 @@ def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
     ``dt <= ds/(1 - d)``, and ``y (h^2 |sigma'|^2 - |w|^2)``, both ``>= 0`` when integrated.
 
     With ``low`` it is ``Re (e_i + l H_i)^* (x + lambda + i y) (e_i + u H_i)``, of a gain ``g`` ``(g - l)(u - g)``.
+    So it is with ``M``, times ``over``: ``u M + l M^*`` multiplies ``H_i``, and ``l u Re M`` the square of its modulus.
 
-    ``near`` says what forms become on an interval, as those of the axis have.
+    ``near`` says what forms become on an interval, as those of the axis have; ``apart`` the same of multipliers.
     """
+    apart = apart or near
     Y, less = list[list[Any]](), list[tuple[list[Any], exact.Form]]()
     for i, (one, (x, y)) in enumerate(zip(axis.members, piece)):
         if one.kind == "delay":
@@ -202,17 +232,22 @@ def minors(axis: Axis, piece: Any, near: Any = exact.Form) -> list[Any]:
         elif one.kind == "slow":
             turn, direct = exact.real(-x), exact.real((x + y) / 2)
             less.append((axis.bare[i], exact.real(-x * one.width, 0, -y * one.bound**2)))
+        elif one.acting is not None:
+            direct, back = one.acting, one.acting.conjugate()
+            turn = exact.real(one.low + one.width) * direct + exact.real(one.low) * back
+            if one.low:
+                less.append((axis.bare[i], exact.real(one.low * (one.low + one.width)) * (direct + back)))
         else:
             direct = exact.Form({(ZERO, 0): (one.weight + x, y)})
             turn = exact.Form({(ZERO, 0): ((one.weight + x) * (one.width + 2 * one.low), y * one.width)})
             if one.low:
                 less.append((axis.bare[i], exact.real(2 * (one.weight + x) * one.low * (one.width + one.low))))
-        Y.append([near(turn) * f for f in axis.seen[i]])
-        Y[i] = [f + near(exact.real(one.theta)) * g for f, g in zip(Y[i], axis.moved[i])] or Y[i]
-        Y[i][i] = Y[i][i] + near(direct) * axis.own
+        Y.append([apart(turn) * f for f in axis.seen[i]])
+        Y[i] = [f + apart(exact.real(one.theta) * one.over) * g for f, g in zip(Y[i], axis.moved[i])] or Y[i]
+        Y[i][i] = Y[i][i] + apart(direct) * axis.own
     for i, row in enumerate(Y):  # half of it, as the adjoint is added
         for bare, weight in less:
-            half = near(weight * exact.real(Fraction(1, 2)))
+            half = apart(weight * exact.real(Fraction(1, 2)))
             Y[i] = row = [f + half * bare[i].conjugate() * g for f, g in zip(row, bare)]
     return leading([[Y[i][j] + Y[j][i].conjugate() for j in range(len(Y))] for i in range(len(Y))], near)
 
@@ -246,10 +281,12 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
             return ""
         if len(axis.members) > 1 and len({tau for row in axis.bare for f in row for tau, _ in f}) > MOST_PRODUCTS:
             return f"F > 0 is not shown from {float(a):.9g} on, with any phases of what comes late"
+    rise = sum(one.rise for one in axis.members)
     for k, p in enumerate(minors(axis, piece), 1):
+        full = 2 * axis.order * k + rise
         if b is None and axis.late:
-            late = any(tau and n == 2 * axis.order * k for tau, n in p)
-            if not (tail(p, a, 2 * axis.order * k) or (late and turning(p, a, 2 * axis.order * k))):
+            late = any(tau and n == full for tau, n in p)
+            if not (tail(p, a, full) or (late and turning(p, a, full))):
                 return f"F > 0 is not shown from {float(a):.9g} on"
         elif b is None:
             left = p.part()
@@ -276,7 +313,9 @@ def _between(axis: Axis, piece: Any, a: Fraction, b: Fraction, halvings: int) ->
 def _far_out(axis: Axis, piece: Any, a: Fraction) -> bool:
     """Whether ``F > 0`` from ``a`` up to infinity, what comes late having any phase in each entry of ``N``, ``d``."""
     near = partial(outward, start=a, degree=axis.order, pace=axis.pace or ZERO)
-    return all(map(above, minors(axis.over(near), piece, Lift(ZERO, 1 / a)))) or _in_discs(axis, piece, a, near)
+    (one, *_), unit = axis.members, Lift(ZERO, 1 / a)
+    apart = partial(near, degree=one.rise) if one.rise else unit  # kernels are of one channel
+    return all(map(above, minors(axis.over(near), piece, unit, apart))) or _in_discs(axis, piece, a, near)
 
 
 def _in_discs(axis: Axis, piece: Any, a: Fraction, near: Any) -> bool:
@@ -286,7 +325,7 @@ def _in_discs(axis: Axis, piece: Any, a: Fraction, near: Any) -> bool:
     about ``d_0^*/P`` of the radius ``r/P``, and ``P Re(g/d) >= Re g_0 d_0^* - |g_0| r - q |d_0| - q r``.
     """
     (one, *others), (x, y) = axis.members, piece[0]
-    if others or one.low or one.kind not in ("", "scaled"):
+    if others or one.low or one.rise or one.kind not in ("", "scaled"):
         return False
     z, y = one.weight + x, y * one.width
     turn = exact.Form({(ZERO, 0): (z * one.width, y)}) + exact.S * exact.real(one.theta)

@@ -41,6 +41,7 @@ from .memory import apart, increments, with_storage
 
 ONE_SOLUTION = "sigma + D phi(sigma) = y has exactly one solution sigma for every y"
 PIECEWISE = ("piecewise-circle", "piecewise-popov")
+LATE = (*PIECEWISE, "late-zames-falb")
 PACED = (  # with a rate; those of order cones hold for one sample of each time
     *("constant-gains", "diagonal-circle", "coupled-circle", "full-block-circle", *PIECEWISE),
     *("diagonal-popov", "coupled-popov", "full-block-popov", "matrix-zames-falb", "coupled-windows"),
@@ -189,9 +190,9 @@ def proved(
     an operator it is ``lambda (r^2 |sigma_b|^2 - |mu_b|^2)``, whose integral up to any time is, and from ``z`` to ``w``
     that with ``r = 1/gamma``: with ``x(0) = 0`` the integral of ``|z|^2 - gamma^2 |w|^2`` is at most 0.
     """
-    H = plant(system, name in PIECEWISE, rate)
+    H = plant(system, name in LATE, rate)
     before, (H, asked) = asked, increments(H, asked)
-    H, asked = undelayed(H, asked, name in PIECEWISE)
+    H, asked = undelayed(H, asked, name in LATE)
     if name == "constant-gains":
         fields(data)
         return gains.gain_box(H, asked, *fields(proof, "method", "tree")), ""
@@ -203,7 +204,7 @@ def proved(
         return windows.lifted(name, H, data, asked, proof, rate)
     if proof["method"] == "determinant":
         return over_frequencies(name, data, H, asked, proof, rate or ZERO)
-    if name in PIECEWISE:
+    if name in LATE:
         return over_pieces(name, data, H, asked, proof, rate or ZERO)
     need(name in THEOREMS, f"there is no theorem {name!r:.40} for several nonlinearities")
     (key, popov), n, m = THEOREMS[name], len(H.A), len(H.D)
@@ -435,10 +436,12 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
 
     What :func:`over_frequencies` says of ``tau phi`` is true of ``1 + k (e^(-s tau) - 1)``, ``k`` in ``[0, 1]``, where
     ``x >= 0``; of ``e^(-s k tau)`` for each ``x``, whose differences have a norm as operators on ``sigma_i'``.  Beside
-    dead times the loop is shifted by gains of the class, 1 for delays, else 0 or what is next to it.
+    dead times the loop is shifted by gains of the class, 1 for delays, else 0 or what is next to it.  With kernels
+    ``M`` of a function in one channel is the same on all pieces.
     """
-    popov, m = name == "piecewise-popov", len(H.D)
-    told, *turned, listed = fields(data, "lambda", *["theta"] * popov, "pieces")
+    moved, m = name == "late-zames-falb", len(H.D)
+    popov = moved or name == "piecewise-popov"
+    told, *turned, listed = fields(data, "lambda", *["theta"] * popov, "kernels" if moved else "pieces")
     method, where = fields(proof, "method", "ends")
     weights, theta, ends = numbers(told, m), numbers(turned[0], m) if popov else [ZERO] * m, numbers(where)
     form(method == "pieces", "the method is pieces")
@@ -447,6 +450,8 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
     uniform(weights, asked)
     need(not (H.rates and asked.operators), "in neutral equations there are functions and constant gains alone")
     members, low = members_of(H, asked, weights, theta, rate)
+    if moved:
+        members, listed = [kernelled(H, asked, members, listed, rate)], [[None]] * (len(ends) + 1)
     rows = isinstance(listed, list) and all(isinstance(row, list) and len(row) == m for row in listed)
     form(rows and len(listed) == len(ends) + (not H.discrete), "there is not one multiplier for each piece")
     fit = all((pair is None) == (not one.kind) for row in listed for pair, one in zip(row, members))
@@ -475,6 +480,7 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
         number, zeros, counted = pieces.right_roots(H, low)
         stable, rest = not number, {"stable": counted} if shifted else {}
     need(stable, "the loop at the lower bounds, and without delay, is not asymptotically stable")
+    need(not (zeros and moved), "beside kernels and dead times a pole at 0 is not covered", exact.Critical)
     if zeros:
         rest |= pieces.integrators(H, low, zeros, members, asked.families)
     axis = pieces.axis_of(H, low, members)
@@ -492,6 +498,22 @@ def over_pieces(name: str, data: Any, H: Plant, asked: Channels, proof: Any, rat
         "inequality": found,
         "well-posed": posed,
     } | rest, assumed
+
+
+def kernelled(H: Plant, asked: Channels, members: list[pieces.Member], given: Any, rate: Any) -> pieces.Member:
+    """The function of a plant with dead times and one channel, with kernels in its multiplier.
+
+    ``int (phi - l sigma) M (u sigma - phi) >= 0`` for every function with slopes in ``[l, u]`` at all times the same,
+    also after ``phi`` is ``b sigma + tau (phi - b sigma)`` with a gain ``b`` of ``[l, u]``: Zames and Falb.
+    """
+    need(
+        bool(H.late) and len(members) == 1 and not rate, "kernels beside dead times are of one channel, without a rate"
+    )
+    (one,), (family,), (l, u) = members, asked.families, asked.bounds(0)
+    plain = not (one.kind or family.operator or family.varying)
+    need(plain, "kernels are of a function that does not depend on time")
+    need(l <= family.slope[0] and family.slope[1] <= u, "kernels need slopes within the bounds")
+    return pieces.with_kernels(one, given, family.odd)
 
 
 def members_of(

@@ -10,18 +10,26 @@ from itertools import combinations
 from lure.analysis.certificates import channels, pieces
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.channels import Channels, Plant
+from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.piecewise import Channel, Piecewise
 from lure.analysis.inequality.shifted_loop import LARGEST, Proposal
 from lure.analysis.numerics.doubles import double_below
 from lure.analysis.questions.channel_delays import stated
 from lure.analysis.questions.problem import Problem
-from lure.arrays import in_doubles, np
+from lure.analysis.theorems.dead_time import LoopSearch
+from lure.analysis.theorems.kernel_search import TOLERANCE
+from lure.analysis.theorems.kernels import Multiplier
+from lure.arrays import NDArray, in_doubles, np
 from lure.errors import AssumptionError, InputError, Reason
 
 _STEPS_BACK = (0.0, 0.0, 1e-3, 1e-3, 3e-3, 1e-2)
 _FAR_BACK = (0.9, 0.99, 0.99)  # where the factor is bounded by numbers alone
 # Where what comes late is to be less than what does not.
 _NEUTRAL_BACK = (0.0, 0.0, 3e-3, 0.01, 0.03, 0.1, 0.1, 0.1, 0.1, 0.3, 0.5, 0.9)
+
+# What is proved with kernels is this much below what is found in floating point.
+_KERNELS_BACK = (1e-6, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3)
+_HALVINGS, _NARROW, _FARTHEST, _MOST_BOXES = 30, 1e-5, 8, 2000
 
 
 def _require_covered(plant: Plant, known: Channels) -> None:
@@ -242,3 +250,113 @@ class PiecewiseProofs:
             proposal = self.at(alpha)
             if proposal is not None:
                 yield alpha, proposal
+
+
+class LateKernels:
+    """Zames-Falb multipliers of one function of a plant with dead times, for slopes within its bounds.
+
+    Parameters
+    ----------
+    asked : Problem
+        The question, with one channel.
+    free : bool
+        Whether there is a Popov term.
+
+    Raises
+    ------
+    AssumptionError
+        The theorem is not for this loop.
+    """
+
+    def __init__(self, asked: Problem, *, free: bool) -> None:
+        self.proofs = PiecewiseProofs(asked, None)
+        if self.proofs.resting:
+            raise AssumptionError(
+                "beside dead times kernels of a channel in a list do not cover a pole at 0; ask for the circle "
+                "criterion or Popov's",
+                code=Reason.CRITICAL,
+            )
+        self.asked, loop = asked, self.proofs.search
+        plant, known = self.proofs._kept(Fraction(1))
+        self.low = known.bounds(0)[0]
+        self.below = self.low - pieces.base(*known.bounds(0))
+
+        def response(omega: NDArray[np.float64]) -> NDArray[np.complex128]:
+            """``H`` after the shift by the lower slope."""
+            h = loop._response(omega)[0][:, 0, 0]
+            return np.asarray(h / (1 + float(self.below) * h))
+
+        poly, waits, odd = np.poly(loop.A), [tau for tau, _ in plant.late], known.families[0].odd
+        self.search = LoopSearch(np.ones(1), poly, odd=odd, family="gamma", loop=response, waits=waits, free=free)
+
+    def _found(self, alpha: Fraction) -> Multiplier | None:
+        """A multiplier for the classes of a factor, in floating point."""
+        checkpoint()
+        width = float(self.asked.classes.scaled(alpha).upper[0] - self.low)
+        found = self.search.propose(width) if width > 0 else None
+        return None if found is None or found.least <= TOLERANCE else found.multiplier
+
+    def at(self, alpha: Fraction) -> Proposal | None:
+        """A proposal for the classes of a factor, covered as the checker covers it; None if none was found."""
+        found = self._found(alpha)
+        if found is None:
+            return None
+        plant, known = self.proofs._kept(alpha)
+        (low, high), entries = known.bounds(0), found.to_parameters()["kernels"]
+        theta = found.theta * (high - low)
+        one = pieces.Member("", high - low, Fraction(1), theta, Fraction(0), low - pieces.base(low, high))
+        axis = pieces.axis_of(
+            plant, [pieces.base(low, high)], [pieces.with_kernels(one, entries, known.families[0].odd)]
+        )
+        ends = _cover(axis, Fraction(f"{self.search.far:.6g}"))
+        stated = {"lambda": ["1"], "theta": [str(theta)], "kernels": entries}
+        return None if ends is None else Proposal(stated, {"method": "pieces", "ends": [*map(str, ends)]})
+
+    def farthest(self, known: Fraction, most: float) -> Iterator[tuple[Fraction, Proposal]]:
+        """Proposals for large factors between two, the largest first.
+
+        ``known``: smaller ones are of no interest; ``most``: nor are larger ones.
+        """
+        least = max(float(known), float(self.asked.classes.least)) * (1 + _NARROW) + 1 / LARGEST
+        low, high = 0.0, min(most * (1 - _NARROW), LARGEST)
+        middle = high
+        for _ in range(_HALVINGS):
+            if high <= least:
+                return
+            low, high = (middle, high) if self._found(Fraction(f"{middle:.9g}")) is not None else (low, middle)
+            if high - low <= _NARROW * high:
+                break
+            start = max(low, least)
+            middle = math.sqrt(start * high) if high > 4 * start else (start + high) / 2
+        for step in _KERNELS_BACK:
+            alpha = Fraction(f"{low * (1 - step):.9g}")
+            if alpha <= known or alpha <= self.asked.classes.least:
+                return
+            proposal = self.at(alpha)
+            if proposal is not None:
+                yield alpha, proposal
+
+
+def _cover(axis: pieces.Axis, far: Fraction) -> list[Fraction] | None:
+    """Where pieces end on each of which ``F > 0`` is shown, the last being from there on; None if it is not shown."""
+    row = [(Fraction(0), Fraction(0))]
+    for _ in range(_FARTHEST):
+        checkpoint()
+        if not pieces.on_piece(axis, row, far, None):
+            break
+        far *= 2
+    else:
+        return None
+    stack, ends, least = [(far / 2, far), (Fraction(0), far / 2)], list[Fraction](), far / 2**26
+    for _ in range(_MOST_BOXES):
+        checkpoint()
+        if not stack:
+            return ends
+        a, b = stack.pop()
+        if not pieces.on_piece(axis, row, a, b):
+            ends.append(b)
+            continue
+        if b - a < least:
+            return None
+        stack += [((a + b) / 2, b), (a, (a + b) / 2)]
+    return None

@@ -53,7 +53,7 @@ from lure.analysis.questions.channel_hypotheses import (
     sloped_channels,
 )
 from lure.analysis.questions.channel_kernels import KernelSearch, between
-from lure.analysis.questions.channel_pieces import PiecewiseProofs
+from lure.analysis.questions.channel_pieces import LateKernels, PiecewiseProofs
 from lure.analysis.questions.channel_problem import channel_plant
 from lure.analysis.questions.problem import Problem
 from lure.analysis.theorems.table import BEST, LAST, TABLE, Theorem, time_of
@@ -78,8 +78,9 @@ KINDS = (  # how the names begin, the multipliers in words, and their letter
     ("parameter", "a matrix that depends on the gains", "Lambda"),
     ("piecewise", "functions of the frequency for delays", "M"),
     ("storage", "storage functions of play and stop", "Lambda + Theta/s"),
+    ("late", "kernels beside dead times", "M"),
 )
-_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES, STORED = range(1, 9)
+_KERNELS, _WINDOWS, _COUPLED, _FULL, _ORDERS, PARAMETRIC, _PIECES, STORED, _LATE = range(1, 10)
 _SAMPLES, _MANY = (2, 3, 4), 20
 _FIRST_OF_MEMORY = "diagonal-circle"
 
@@ -176,11 +177,14 @@ def _stored(asked: Problem) -> bool:
 
 
 def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
-    """The criteria for a plant with dead times; Popov's where a channel has such terms, and then alone."""
+    """The criteria for a plant with dead times; Popov's where a channel has such terms, and then alone; kernels."""
     rows = [row for row in reversed(TABLE) if row.channels and "continuous" in row.times]
-    named = [Criterion(name, row) for row in rows for name in row.channels if name.startswith(KINDS[_PIECES][0])]
-    found = [x for x in named if x.row.time_varying or any(free_channels(asked))]
-    found = [x for x in found if wanted in (x.row.name, x.name)] if wanted != BEST else found[:1]
+    every = [Criterion(name, row) for row in rows for name in row.channels]
+    named = [x for x in every if x.kind == _PIECES or (x.kind == _LATE and _one_sloped(asked))]
+    found = [x for x in named if x.row.time_varying or x.kind == _LATE or any(free_channels(asked))]
+    found.sort(key=lambda x: x.kind)
+    kernels = [x for x in found if x.kind == _LATE]
+    found = [x for x in found if wanted in (x.row.name, x.name)] if wanted != BEST else [*found[:1], *kernels]
     if not found:
         names = ", ".join(name for one in named for name in (one.row.name, one.name))
         raise InputError(
@@ -188,6 +192,13 @@ def _late_criteria(asked: Problem, wanted: str) -> list[Criterion]:
             f"{names}"
         )
     return found
+
+
+def _one_sloped(asked: Problem) -> bool:
+    """Whether there is one function of which the slopes are within its bounds, at all times the same."""
+    one, *others = asked.classes.classes
+    alone = not (others or one.linear or one.operator or one.memory)
+    return alone and sloped_channels(asked) == [True] and one.slope is not None and sides_of(one) == (True, True)
 
 
 def _shared(asked: Problem) -> bool:
@@ -384,6 +395,9 @@ def proved_whole(asked: Problem, criterion: Criterion) -> Proved | None:
         asked = _gains_as_functions(asked)
         proposal = _by_pieces(asked, criterion).at(one)
         return None if proposal is None else _accepted(asked, criterion.name, one, proposal)
+    if criterion.kind == _LATE:
+        proposal = LateKernels(asked, free=free_channels(asked)[0]).at(one)
+        return None if proposal is None else _accepted(asked, criterion.name, one, proposal)
     if criterion.kind != _KERNELS:
         tried = (proved_at(asked, criterion.name, search, one) for search in searches(asked, criterion))
         return next((shown for shown in tried if shown is not None), None)
@@ -399,9 +413,11 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     asked = _widened(asked, criterion)
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).farthest(known, most)
-    if criterion.kind == _PIECES:
-        asked = _gains_as_functions(asked)
-        for alpha, proposal in _by_pieces(asked, criterion).farthest(max(known, asked.classes.least), most):
+    if criterion.kind in (_PIECES, _LATE):
+        kernels = criterion.kind == _LATE
+        asked = asked if kernels else _gains_as_functions(asked)
+        search = LateKernels(asked, free=free_channels(asked)[0]) if kernels else _by_pieces(asked, criterion)
+        for alpha, proposal in search.farthest(max(known, asked.classes.least), most):
             shown = _accepted(asked, criterion.name, alpha, proposal)
             if shown is not None:
                 return alpha, shown

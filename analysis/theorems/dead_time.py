@@ -33,6 +33,7 @@ THEOREM = "{}; for convolution operators G. Zames and P. L. Falb, SIAM J. Contro
 STEPS, NARROW, BELOW, LEAST, LARGEST = 24, 1e-4, 4e-7, 1e-3, 1e6
 TAUS = 25
 LEFT, LONGEST = 0.02, 12.0  # of 1/k beyond all frequencies, and the longest delay of a kernel: covers stay short
+PHASES, MOST_PHASES, BEYOND = 16, 400, 1e3  # of what comes late, for its last dead time, and how far out
 FAR_DELAYS = 20.0  # of the longest dead time: below, the phases of a kernel are searched
 
 
@@ -97,6 +98,64 @@ class DelayedSearch(Search):
         H = self.response(omega)
         values = (H + 1 / k).real + theta * (1j * omega * H).real / (1 + tau * omega**2)
         return float(np.min(values / self.size(omega, H + 1 / k)))
+
+
+@dataclass(slots=True)
+class LoopSearch(Search):
+    """The linear programme with the response of a loop with dead times in one channel, of neutral type or not.
+
+    Far out, where it does not settle, it is looked at over a period of what comes late, or at as many phases.
+
+    Attributes
+    ----------
+    loop : callable
+        ``H`` at some frequencies, after the shift by the lower slope.
+    waits : sequence of Fraction
+        The dead times.
+    free : bool
+        Whether there is a Popov term.
+    """
+
+    loop: Callable[[Reals], NDArray[np.complex128]] = field(kw_only=True)
+    waits: Sequence[Fraction] = field(kw_only=True)
+    free: bool = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        Search.__post_init__(self)
+        self.far = max(self.far, FAR_DELAYS / float(max(self.waits)))
+        fine = increasing(np.geomspace(self.low / 1e3, self.far, 2000), np.linspace(0, self.far, 4000))
+        size = np.abs(self.response(fine))
+        tops = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+        self.rows = increasing(self.rows, np.linspace(0, self.far, 200), fine[tops], self._beyond())
+
+    def _beyond(self) -> Reals:
+        unit = math.lcm(*(tau.denominator for tau in self.waits))
+        step = Fraction(math.gcd(*(int(tau * unit) for tau in self.waits)), unit)
+        count = min(PHASES * int(max(self.waits) / step), MOST_PHASES)
+        start = BEYOND * max(self.far, 100 * self.unit)
+        return np.asarray(start + np.linspace(0, 2 * math.pi / float(step), count, endpoint=False))
+
+    def response(self, omega: Reals) -> NDArray[np.complex128]:
+        """``H(i w)``."""
+        return self.loop(omega)
+
+    def _closed_loop(self, k: float) -> NDArray[np.complex128]:
+        """Where ``|1 + k H|`` is small, as lightly damped roots."""
+        omega = np.linspace(0, self.far / 2, 4000)[1:]
+        size = np.abs(1 + k * self.response(omega))
+        near = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (size[1:-1] < 1)) + 1
+        return np.asarray(omega[near] * (1j - 1e-2 * size[near]))
+
+    def _fine(self, k: float) -> Reals:
+        return increasing(Search._fine(self, k), self._beyond())
+
+    def _at_infinity(self, k: float) -> Reals:
+        """Nothing but what is among the rows."""
+        return np.zeros(len(self.columns) + 2)
+
+    @property
+    def _theta_unit(self) -> float:
+        return 1 / self.unit if self.free else 0.0
 
 
 @described(frozen=True, kw_only=True, slots=True)

@@ -36,7 +36,8 @@ def shown_late(document: Document, asked: Asked) -> str:
     require(proved or not any(one.relu for one in asked.nonlinearities), "ReLUs are not refuted beside dead times")
     require(not (asked.pace and asked.rates), "a neutral equation has no rate here")
     if proved:
-        require(document.theorem in ("piecewise-circle", "piecewise-popov"), "the theorem is not for dead times")
+        theorems = ("piecewise-circle", "piecewise-popov", "late-zames-falb")
+        require(document.theorem in theorems, "the theorem is not for dead times")
         apart, weights = centred(asked), numbers(document.multiplier.get("lambda"))
         for block in asked.operators:
             one_weight = len({weights[i] for i in block if i < len(weights)}) == 1

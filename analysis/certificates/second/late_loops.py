@@ -18,12 +18,60 @@ from flint import acb, acb_mat, acb_series, arb, arb_mat, fmpq, fmpq_mat, fmpq_p
 
 from lure.analysis.certificates.second.channels import Asked, diagonal, stacked
 from lure.analysis.certificates.second.numerics import SERIES_TERMS, ball, on_axis, right_zeros, to_fmpq
+from lure.analysis.certificates.second.question import read_kernels
 from lure.analysis.certificates.second.reading import require, tick
 from lure.analysis.certificates.second.systems import Delayed
 
 Series = list[list[acb_series]]
 _T = TypeVar("_T", acb_series, fmpq_series)
 _LARGEST = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Kernels:
+    """``M = gamma - sum c (a/(a + side s))^n``, ``gamma`` given beside them: ``(c, a, n, side)``, side 1 or -1."""
+
+    terms: tuple[tuple[Fraction, Fraction, int, int], ...] = ()
+
+    @classmethod
+    def read(cls, value: object) -> Kernels:
+        """Those of a certificate, of which none is a delay."""
+        found = list[tuple[Fraction, Fraction, int, int]]()
+        for c, kernel in read_kernels({"theta": "0", "kernels": value})[1]:
+            require(isinstance(kernel, tuple), "a kernel is a delay")
+            found += [(c, *kernel)] if isinstance(kernel, tuple) else []
+        return cls(tuple(found))
+
+    @property
+    def mass(self) -> Fraction:
+        """``sum |c|``."""
+        return sum((abs(c) for c, *_ in self.terms), Fraction(0))
+
+    @property
+    def monotone(self) -> bool:
+        """Whether no ``c`` is below 0."""
+        return all(c >= 0 for c, *_ in self.terms)
+
+    def near(self, gamma: Fraction, s: acb_series) -> acb_series:
+        """``M`` at ``s``, on the axis."""
+        found = 0 * s + acb(ball(gamma))
+        for c, rate, order, side in self.terms:
+            lag, power = acb(ball(rate)) / (s * side + acb(ball(rate))), 0 * s + acb(1)
+            for _ in range(order):
+                power = power * lag
+            found = found - power * ball(c)
+        return found
+
+    def far(self, gamma: Fraction, u: arb) -> acb:
+        """``M`` at ``s = i/u``, where ``u`` may contain 0: a kernel is ``(a u/(a u + side i))^n``."""
+        found = acb(ball(gamma))
+        for c, rate, order, side in self.terms:
+            lag = acb(ball(rate) * u)
+            found -= (lag / (lag + acb(0, side))) ** order * ball(c)
+        return found
+
+
+NONE = Kernels()
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise, product
@@ -23,7 +23,7 @@ from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly, fmpq
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
-from lure.analysis.certificates.second.late_loops import LateLoop, grown
+from lure.analysis.certificates.second.late_loops import NONE, Kernels, LateLoop, grown
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
     X,
@@ -51,6 +51,7 @@ class _Channel:
     rate: Fraction = Fraction(0)
     low: Fraction = Fraction(0)  # beside dead times: of the bounds, less what the channel is shifted by
     shift: Fraction = Fraction(0)
+    kernels: Kernels = NONE
 
 
 Balls = list[list[list[acb]]]
@@ -146,8 +147,9 @@ def require_pieces(document: Document, asked: Asked) -> bool:
 
 def _read(document: Document, asked: Asked) -> tuple[list[_Channel], list[_Row], list[Fraction]]:
     """The channels, the multipliers of each piece and where the pieces end, if they are such of these classes."""
-    popov = document.theorem == "piecewise-popov"
-    given = record(document.multiplier, "lambda", "pieces", *(["theta"] if popov else []))
+    moved = document.theorem == "late-zames-falb"
+    popov = moved or document.theorem == "piecewise-popov"
+    given = record(document.multiplier, "lambda", "kernels" if moved else "pieces", *(["theta"] if popov else []))
     proof = record(document.proof, "method", "ends")
     m, weights = asked.D.nrows(), numbers(given["lambda"])
     theta, ends = numbers(given["theta"]) if popov else [Fraction(0)] * m, numbers(proof["ends"])
@@ -160,7 +162,10 @@ def _read(document: Document, asked: Asked) -> tuple[list[_Channel], list[_Row],
         require(len(plain) == m, "D has a cycle of channels beside operators, or of such without bounds")
         require_one_solution(asked, plain)
     known = _channels(asked, weights, theta)
-    rows: list[_Row] = [[_pair(one) for one in listed(row)] for row in listed(given["pieces"])]
+    if moved:
+        known = [_with_kernels(asked, known, given["kernels"])]
+    pieces = [[None]] * (len(ends) + 1) if moved else listed(given["pieces"])
+    rows: list[_Row] = [[_pair(one) for one in listed(row)] for row in pieces]
     require(all(len(row) == m for row in rows), "a piece has not one multiplier for each channel")
     require(len(rows) == len(ends) + (not asked.discrete), "there is not one multiplier for each piece")
     require(all(a < b for a, b in pairwise([Fraction(0), *ends])), "the pieces do not follow one another")
@@ -191,6 +196,7 @@ def _past_zero(asked: Asked, known: Sequence[_Channel], loop: LateLoop, end: Fra
     zeros = next((k for k in range(m + 1) if chi[k] != 0), m + 1)
     for one, class_ in zip(known, theirs, strict=True):
         plain = one.kind == "" and one.theta >= 0 and 0 in (one.theta, one.low) and not class_.operator
+        require(not one.kernels.terms, "beside kernels and dead times an eigenvalue 0 is not covered")
         require(plain, "beside dead times an eigenvalue 0 is covered for functions, theta >= 0, 0 if not in [0, u]")
     require(asked.pace is None and not asked.rates, "with a rate, or in neutral equations, no pole lies at 0")
     require(zeros <= m and loop.right_roots(zeros) == 0, "the plant is not stable")
@@ -301,6 +307,24 @@ def _channels(asked: Asked, weights: Sequence[Fraction], theta: Sequence[Fractio
         require(all(weights[i] == weights[block[0]] for i in block), "an operator has several weights")
     require(not asked.performance or weights[-1] > 0, "the weight of the performance channel is not positive")
     return found
+
+
+def _with_kernels(asked: Asked, known: Sequence[_Channel], value: object) -> _Channel:
+    """The one channel, ``M = lambda - sum c h`` in place of ``lambda``, for slopes within its bounds.
+
+    ``int v(t) e(t - T) dt`` is at most ``int v e``, for odd functions at least ``-int v e``, where ``e`` and ``v`` do
+    not decrease with ``sigma``: ``v = phi - l sigma`` and ``e = u sigma - phi``.
+    """
+    require(bool(asked.late) and not asked.pace and len(known) == 1, "kernels beside dead times are of one channel")
+    (one,), (theirs,) = known, asked.nonlinearities
+    low, high = theirs.ends
+    plain = not (theirs.operator or theirs.time_varying or theirs.memory or one.kind)
+    require(plain, "kernels are of a function that does not depend on time")
+    require(low is not None and high is not None and theirs.slopes_within(low, high), "slopes leave the bounds")
+    kernels = Kernels.read(value)
+    require(kernels.mass <= one.weight, "the kernels outweigh lambda")
+    require(kernels.monotone or theirs.odd, "a kernel is negative, and the function need not be odd")
+    return replace(one, kernels=kernels)
 
 
 def _require_row(asked: Asked, known: Sequence[_Channel], row: _Row, end: Fraction | None) -> None:
@@ -417,10 +441,10 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
         (a, b), *turn = sides = stack.pop()
         u, arcs = ball(a).union(ball(b)), [(start * k, end * k) for start, end in turn for k in steps]
         arriving = loop.plant.at_any_phase(u, arcs) if loop.plant is not None else _arriving(loop, u)
-        if arriving is None or not _above(arriving, known, row):
+        if arriving is None or not _above(arriving, known, row, u):
             at = [(start + end) / 2 * k for start, end in turn for k in steps]
             here = loop.plant.at_any_phase(ball(a), [(v, v) for v in at]) if loop.plant and turn else arriving
-            if turn and (here is None or not _above(here, known, row)):
+            if turn and (here is None or not _above(here, known, row, ball(a))):
                 return False  # at one frequency and phase
             wide = [(b - a) / most / _SHARE, *((end - start) * max(steps) for start, end in turn)]
             k = wide.index(max(wide))
@@ -430,7 +454,7 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
     return False
 
 
-def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row) -> bool:
+def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row, u: arb) -> bool:
     """Whether the form of ``|x|`` is positive definite there, in ``mu`` before any shift: ``(e + l H)* x (e + u H)``.
 
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
@@ -440,7 +464,7 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
     first, late = [[acb(0)] * m for _ in known], [[arb(0)] * m for _ in known]
     less = [[arb(0)] * m for _ in known]
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
-        direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
+        direct = one.kernels.far(one.weight, u) if pair is None else acb(ball(pair[0]), ball(pair[1]))
         low, squares = one.low + one.shift, [arb(0), arb(0)]
         factor = direct * ball(one.width) + direct.real * ball(2 * low)
         squares[0] = (direct.real * ball(2 * low * (low + one.width))).abs_upper()
@@ -510,7 +534,7 @@ def _series(loop: _Loop, known: Sequence[_Channel], row: _Row, t: acb_series) ->
     below, whole = _at(loop.d, s), loop.closed.response(s) if loop.closed else None
     if whole is None and (loop.closed or below[0].contains(0)):
         return None
-    found, squares = list[list[acb_series]](), list[tuple[list[acb_series], arb]]()
+    found, squares = list[list[acb_series]](), list[tuple[list[acb_series], arb | acb_series]]()
     waits = [(s * -tau).exp() for tau, _, _ in loop.late]
 
     def outputs(i: int, *, turned: bool) -> list[acb_series]:
@@ -525,7 +549,7 @@ def _series(loop: _Loop, known: Sequence[_Channel], row: _Row, t: acb_series) ->
         return line
 
     for i, (one, pair) in enumerate(zip(known, row, strict=True)):
-        H = outputs(i, turned=False)
+        H, M = outputs(i, turned=False), None
         if one.kind in ("delay", "slow") and pair is not None:
             x, y = map(ball, pair)
             turn, direct = acb(-x), acb((x + y if one.kind == "slow" else x) / 2)
@@ -536,6 +560,11 @@ def _series(loop: _Loop, known: Sequence[_Channel], row: _Row, t: acb_series) ->
                 squares.append((moved, y * ball(one.width**2)))
             if pair[1] and one.kind == "delay":
                 factor = factor + (t * acb(0, -1) * ball(one.width / 2)).exp() * y
+        elif one.kernels.terms:
+            M = one.kernels.near(one.weight, s)
+            twice = M + _conjugate(M)
+            direct, factor = acb(0), M * ball(one.width) + twice * ball(one.low)
+            squares.append((H, twice * ball(-one.low * (one.low + one.width))))
         else:
             direct = acb(ball(one.weight)) if pair is None else acb(ball(pair[0]), ball(pair[1]))
             factor = 0 * t + direct * ball(one.width)
@@ -543,7 +572,7 @@ def _series(loop: _Loop, known: Sequence[_Channel], row: _Row, t: acb_series) ->
                 factor = factor + direct.real * ball(2 * one.low)
                 squares.append((H, direct.real * ball(-2 * one.low * (one.low + one.width))))
         line = [factor * h for h in H]
-        line[i] = line[i] + direct
+        line[i] = line[i] + (direct if M is None else M)
         if one.theta:
             line = [f + h * ball(one.theta) for f, h in zip(line, outputs(i, turned=True), strict=True)]
         found.append(line)
