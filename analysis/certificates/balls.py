@@ -293,19 +293,30 @@ def tail(F: Form, start: Fraction, degree: int) -> bool:
 def turning(F: Form, start: Fraction, degree: int) -> bool:
     """Whether ``Re F > 0`` from ``start`` on, and at infinity over ``omega^degree``, where delayed terms do not decay.
 
-    All ``tau`` are multiples of one ``h``.  With ``theta = h omega``, whatever it is, and ``u = 1/omega`` it is ``G_0 +
-    u G_1``, functions of ``theta`` of the period ``2 pi``, and less than ``rest``: affine in ``u``, at both ends.
+    All ``tau`` are multiples of one ``h``.  With ``theta = h omega``, whatever it is, and ``u = 1/omega`` it is ``sum
+    u^k G_k``, ``k`` from 0 to ``N``, functions of ``theta`` of the period ``2 pi``: ``G_0 + u G_1`` and less than
+    ``rest``, affine in ``u``, at both ends; or a mean of its Bernstein coefficients on ``[0, 1/start]``.
     """
     unit = math.lcm(*(tau.denominator for tau, _ in F))
     h = Fraction(math.gcd(*(int(tau * unit) for tau, _ in F)), unit)
     most = max((abs(tau / h) for tau, _ in F), default=ZERO) if h else ZERO
-    if not 0 < most <= MOST_TURNS or any(n > degree for _, n in F):
+    if not (start > 0 and 0 < most <= MOST_TURNS) or any(n > degree for _, n in F):
         return False
-    parts = [Form({(tau / h, 0): z for (tau, n), z in F.items() if degree - n == k}) for k in (0, 1)]
-    rest = sum((sum(map(abs, z)) * start ** (n - degree) for (_, n), z in F.items() if n < degree - 1), ZERO)
-    ends = [parts[0] + real(-rest), parts[0] + parts[1] * real(1 / start) + real(-rest)]
+    N = degree - min(n for _, n in F)
+    parts = [
+        Form({(tau / h, 0): z for (tau, n), z in F.items() if degree - n == k}) * real(start**-k) for k in range(N + 1)
+    ]
+    rest = sum((sum(map(abs, z)) for part in parts[2:] for z in part.values()), ZERO)
+    ends = [parts[0] + real(-rest), sum(parts[1:2], parts[0]) + real(-rest)]
     cuts = [Fraction(k * 6283186, 10**6 * 2 * int(most)) for k in range(2 * int(most) + 1)]
-    return all(above(Lift(a, b)(end)) for a, b in pairwise(cuts) for end in ends)
+    lifts = [Lift(a, b) for a, b in pairwise(cuts)]
+    if all(above(lift(end)) for lift in lifts for end in ends):
+        return True
+    shares = [
+        [real(Fraction(math.comb(i, k), math.comb(N, k))) * part for k, part in enumerate(parts[: i + 1])]
+        for i in range(N + 1)
+    ]
+    return all(above(lift(sum(share, Form()))) for share in shares for lift in lifts)
 
 
 def outward(F: Form, start: Fraction, degree: int, pace: Any) -> Model:

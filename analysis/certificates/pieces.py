@@ -286,7 +286,7 @@ def on_piece(axis: Axis, piece: Any, a: Fraction, b: Fraction | None, zeros: int
         full = 2 * axis.order * k + rise
         if b is None and axis.late:
             late = any(tau and n == full for tau, n in p)
-            if not (tail(p, a, full) or (late and turning(p, a, full))):
+            if not ((late and turning(p, a, full)) or tail(p, a, full)):
                 return f"F > 0 is not shown from {float(a):.9g} on"
         elif b is None:
             left = p.part()

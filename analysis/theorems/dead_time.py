@@ -32,6 +32,7 @@ from lure.record import described, quantity
 THEOREM = "{}; for convolution operators G. Zames and P. L. Falb, SIAM J. Control 6 (1968) 89-108"
 STEPS, NARROW, BELOW, LEAST, LARGEST = 24, 1e-4, 4e-7, 1e-3, 1e6
 TAUS = 25
+KEPT = 0.01  # the same of |H + 1/k| where the phases of what comes late are kept
 LEFT, LONGEST = 0.02, 12.0  # of 1/k beyond all frequencies, and the longest delay of a kernel: covers stay short
 PHASES, MOST_PHASES, BEYOND = 16, 400, 1e3  # of what comes late, for its last dead time, and how far out
 FAR_DELAYS = 20.0  # of the longest dead time: below, the phases of a kernel are searched
@@ -150,8 +151,14 @@ class LoopSearch(Search):
         return increasing(Search._fine(self, k), self._beyond())
 
     def _at_infinity(self, k: float) -> Reals:
-        """Nothing but what is among the rows."""
-        return np.zeros(len(self.columns) + 2)
+        """The inequality far out, where kernels are gone, and something left of it: else covers do not end."""
+        omega = self._beyond()
+        H = self.response(omega)
+        scale = np.abs(H + 1 / k)
+        room = (H + 1 / k).real / scale - KEPT
+        turns = -(1j * omega * H).real * self._theta_unit / scale
+        last, short = np.where(room > 0, 0.0, 1 / TOLERANCE), np.where(room > 0, room, 1.0)
+        return np.column_stack([np.zeros((omega.size, len(self.columns))), turns / short, last])
 
     @property
     def _theta_unit(self) -> float:

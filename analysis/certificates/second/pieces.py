@@ -467,7 +467,8 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
         direct = one.kernels.far(one.weight, u) if pair is None else acb(ball(pair[0]), ball(pair[1]))
         low, squares = one.low + one.shift, [arb(0), arb(0)]
         factor = direct * ball(one.width) + direct.real * ball(2 * low)
-        squares[0] = (direct.real * ball(2 * low * (low + one.width))).abs_upper()
+        square = direct.real * ball(2 * low * (low + one.width))
+        squares[0] = -square.lower() if square < 0 else square.abs_upper() if not square >= 0 else arb(0)
         if one.kind in ("delay", "slow") and pair is not None:
             x, y = map(ball, pair)
             direct, factor = acb((x + y if one.kind == "slow" else x) / 2), acb(y)
