@@ -29,7 +29,7 @@ _NEUTRAL_BACK = (0.0, 0.0, 3e-3, 0.01, 0.03, 0.1, 0.1, 0.1, 0.1, 0.3, 0.5, 0.9)
 
 # What is proved with kernels is this much below what is found in floating point.
 _KERNELS_BACK = (1e-6, 1e-4, 1e-3, 0.01, 0.1)
-_HALVINGS, _NARROW, _FARTHEST, _MOST_BOXES = 30, 1e-5, 6, 2000
+_HALVINGS, _NARROW, _FARTHEST, _MOST_BOXES = 30, 1e-5, 5, 600
 
 
 def _require_covered(plant: Plant, known: Channels) -> None:

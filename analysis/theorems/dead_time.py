@@ -13,8 +13,17 @@ from lure.analysis.inequality.delay import Delayed, DelayInequality, raised
 from lure.analysis.inequality.protocol import Best, Grounds
 from lure.analysis.numerics.doubles import text_above
 from lure.analysis.theorems.criterion import LATE_CONCLUSIONS, Criterion
-from lure.analysis.theorems.kernel_search import NEAR_ZERO, TOLERANCE, Family, Search, around, increasing, short
-from lure.analysis.theorems.kernels import Delay
+from lure.analysis.theorems.kernel_search import (
+    NEAR_ZERO,
+    TOLERANCE,
+    Column,
+    Family,
+    Search,
+    around,
+    increasing,
+    short,
+)
+from lure.analysis.theorems.kernels import Delay, Gamma, Side
 from lure.analysis.theorems.park import PARK
 from lure.analysis.theorems.zames_falb import kernel_criterion
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence
@@ -34,6 +43,7 @@ STEPS, NARROW, BELOW, LEAST, LARGEST = 24, 1e-4, 4e-7, 1e-3, 1e6
 TAUS = 25
 KEPT = 0.01  # the same of |H + 1/k| where the phases of what comes late are kept
 LEFT, LONGEST = 0.02, 12.0  # of 1/k beyond all frequencies, and the longest delay of a kernel: covers stay short
+RATES, ORDERS = 10, (1, 3)
 PHASES, MOST_PHASES, BEYOND = 16, 400, 1e3  # of what comes late, for its last dead time, and how far out
 FAR_DELAYS = 20.0  # of the longest dead time: below, the phases of a kernel are searched
 
@@ -128,6 +138,18 @@ class LoopSearch(Search):
         size = np.abs(self.response(fine))
         tops = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
         self.rows = increasing(self.rows, np.linspace(0, self.far, 200), fine[tops], self._beyond())
+
+    def _first_columns(self) -> list[Column]:
+        """Few kernels of low orders: the products of their denominators are what the checkers take long for."""
+        sides: tuple[Side, ...] = ("causal", "anticausal")
+        rates = np.geomspace(0.03, 30, RATES) * self.unit
+        return [
+            (sign, Gamma(short(rate), order, side))
+            for rate in rates
+            for order in ORDERS
+            for side in sides
+            for sign in ((1, -1) if self.odd else (1,))
+        ]
 
     def _beyond(self) -> Reals:
         unit = math.lcm(*(tau.denominator for tau in self.waits))
