@@ -312,11 +312,12 @@ def turning(F: Form, start: Fraction, degree: int) -> bool:
     lifts = [Lift(a, b) for a, b in pairwise(cuts)]
     if all(above(lift(end)) for lift in lifts for end in ends):
         return True
-    shares = [
-        [real(Fraction(math.comb(i, k), math.comb(N, k))) * part for k, part in enumerate(parts[: i + 1])]
-        for i in range(N + 1)
-    ]
-    return all(above(lift(sum(share, Form()))) for share in shares for lift in lifts)
+    for i in (0, N, *range(1, N)):
+        shares = [real(Fraction(math.comb(i, k), math.comb(N, k))) * part for k, part in enumerate(parts[: i + 1])]
+        mean = sum(shares, Form())
+        if not all(above(lift(mean)) for lift in lifts):
+            return False
+    return True
 
 
 def outward(F: Form, start: Fraction, degree: int, pace: Any) -> Model:

@@ -286,7 +286,11 @@ class LateKernels:
             h = loop._response(omega)[0][:, 0, 0]
             return np.asarray(h / (1 + float(self.below) * h))
 
-        poly, waits, odd = np.poly(loop.A), [tau for tau, _ in plant.late], known.families[0].odd
+        poly, waits, odd = (
+            np.asarray(np.poly(loop.A), dtype=np.float64),
+            [tau for tau, _ in plant.late],
+            known.families[0].odd,
+        )
         self.search = LoopSearch(np.ones(1), poly, odd=odd, family="gamma", loop=response, waits=waits, free=free)
 
     def _found(self, alpha: Fraction) -> Multiplier | None:

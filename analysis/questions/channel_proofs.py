@@ -414,10 +414,10 @@ def farthest(asked: Problem, criterion: Criterion, known: Fraction, most: float)
     if isinstance(asked.plant, ChannelFamily):
         return channel_families.BoxSearch(asked, criterion.name).farthest(known, most)
     if criterion.kind in (_PIECES, _LATE):
-        kernels = criterion.kind == _LATE
-        asked = asked if kernels else _gains_as_functions(asked)
-        search = LateKernels(asked, free=free_channels(asked)[0]) if kernels else _by_pieces(asked, criterion)
-        for alpha, proposal in search.farthest(max(known, asked.classes.least), most):
+        moved = criterion.kind == _LATE
+        asked = asked if moved else _gains_as_functions(asked)
+        late = LateKernels(asked, free=free_channels(asked)[0]) if moved else _by_pieces(asked, criterion)
+        for alpha, proposal in late.farthest(max(known, asked.classes.least), most):
             shown = _accepted(asked, criterion.name, alpha, proposal)
             if shown is not None:
                 return alpha, shown

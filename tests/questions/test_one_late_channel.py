@@ -14,6 +14,7 @@ from lure.analysis.certificates.second import recheck
 from lure.analysis.counterexamples.channel_gains import LateGains
 from lure.analysis.questions.conclusion import MismatchError
 from lure.analysis.verdict import Verdict
+from lure.errors import InputError
 
 # exp(-s/5)/(s - 1): a root i w with the gain k has k cos(w/5) = 1 and w = k sin(w/5), so w = tan(w/5), first at 7.15971
 _ENDS = {"exp(-s)/s": (Fraction(1, 2), math.pi / 2), "exp(-s/5)/(s-1)": (2, 7.22965), "exp(-s)/(s+1)": (-0.5, 2.261826)}
@@ -197,3 +198,29 @@ def test_more_than_the_certificate_shows_is_refused():
     never = max_sector("exp(-s)/s", lower=2)
     with pytest.raises(MismatchError):
         replace(max_sector("-exp(-s)/s"), refuted_at=1e-9, witness=replace(never.witness, k=1e-9))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "circle", "end"),
+    [
+        # 1/k + Re H is least beside the resonance at 2, where linear gains have no root: they end at 3.6545
+        ("1/(s^2 + s/5 + 4) + exp(-s)/8", 0.8, 3.6545311),
+        ("(s^2 + 1)*exp(-s)/(s^2 + s + 4)", 0.796, 0.8005411),
+    ],
+)
+def test_slopes_in_neutral_equations_are_proved_by_kernels(text, circle, end):
+    found = max_slope(text)
+    assert found.criterion == "late-zames-falb"
+    assert end * (1 - 3e-5) < found.largest.low < end < found.refuted_at < end * (1 + 1e-5)
+    (weaker,) = (one for one in found.answers if one.criterion == "piecewise-circle")
+    assert weaker.largest.low < circle
+    for shown in (found.proof, found.refutation):
+        assert check(shown.certificate)
+        assert recheck(shown.certificate).accepted
+    assert max_sector(text).largest.low < circle  # where nothing is known of slopes
+
+
+def test_a_criterion_of_slopes_is_not_for_sectors_of_neutral_equations():
+    with pytest.raises(InputError, match=r"choose from best, circle, piecewise-circle$"):
+        max_sector("1/(s^2 + s/5 + 4) + exp(-s)/8", criterion="late-zames-falb")
