@@ -43,7 +43,7 @@ STEPS, NARROW, BELOW, LEAST, LARGEST = 24, 1e-4, 4e-7, 1e-3, 1e6
 TAUS = 25
 KEPT = 0.01  # the same of |H + 1/k| where the phases of what comes late are kept
 LEFT, LONGEST = 0.02, 12.0  # of 1/k beyond all frequencies, and the longest delay of a kernel: covers stay short
-RATES, ORDERS = 10, (1, 3)
+RATES, ORDERS = 13, (1, 3)
 PHASES, MOST_PHASES, BEYOND = 16, 400, 1e3  # of what comes late, for its last dead time, and how far out
 FAR_DELAYS = 20.0  # of the longest dead time: below, the phases of a kernel are searched
 
@@ -142,7 +142,7 @@ class LoopSearch(Search):
     def _first_columns(self) -> list[Column]:
         """Few kernels of low orders: the products of their denominators are what the checkers take long for."""
         sides: tuple[Side, ...] = ("causal", "anticausal")
-        rates = np.geomspace(0.03, 30, RATES) * self.unit
+        rates = np.geomspace(0.01, 100, RATES) * self.unit
         return [
             (sign, Gamma(short(rate), order, side))
             for rate in rates

@@ -316,12 +316,10 @@ def _with_kernels(asked: Asked, known: Sequence[_Channel], value: object) -> _Ch
     not decrease with ``sigma``: ``v = phi - l sigma`` and ``e = u sigma - phi``.
     """
     require(bool(asked.late) and not asked.pace and len(known) == 1, "kernels beside dead times are of one channel")
-    (one,), (theirs,) = known, asked.nonlinearities
-    low, high = theirs.ends
-    plain = not (theirs.operator or theirs.time_varying or theirs.memory or one.kind)
+    one, theirs, kernels = known[0], asked.nonlinearities[0], Kernels.read(value)
+    plain, (low, high) = not (theirs.operator or theirs.time_varying or theirs.memory or one.kind), theirs.ends
     require(plain, "kernels are of a function that does not depend on time")
     require(low is not None and high is not None and theirs.slopes_within(low, high), "slopes leave the bounds")
-    kernels = Kernels.read(value)
     require(kernels.mass <= one.weight, "the kernels outweigh lambda")
     require(kernels.monotone or theirs.odd, "a kernel is negative, and the function need not be odd")
     return replace(one, kernels=kernels)
