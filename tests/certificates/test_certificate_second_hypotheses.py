@@ -425,7 +425,17 @@ def test_far_out_a_form_is_that_of_both_bounds(shift):
     known = [pieces._Channel("", F(3, 2), F(1), F(0), low=F(-1, 2) - shift, shift=shift)]
     for h, holds in ((-0.99, True), (-1.01, False), (1.99, True), (2.01, False)):
         with working_precision(64):
-            assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None]) is holds
+            assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None], arb(0)) is holds
+
+
+@pytest.mark.parametrize(("h", "holds"), [(-0.99, True), (-1.01, False), (-3.99, False), (-4.01, True), (1, True)])
+def test_far_out_a_square_counts_where_both_bounds_are_above_0(h, holds):
+    # (1 + h/4) (1 + h) is negative between -4 and -1
+    known = [pieces._Channel("", F(3, 4), F(1), F(0), shift=F(1, 4))]
+    with working_precision(64):
+        assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None], arb(0)) is holds
+        late = [(acb_mat([[acb(h + 1)]]), acb_mat(1, 1)), (acb_mat([[acb(1)]]), acb_mat(1, 1))]  # with any phase
+        assert pieces._above(late, known, [None], arb(0)) is (h > -0.9)
 
 
 @pytest.mark.parametrize(("left", "half", "holds"), [(2, True, True), (3, True, False), (3, False, True)])
