@@ -222,5 +222,5 @@ def test_slopes_in_neutral_equations_are_proved_by_kernels(text, circle, end):
 
 
 def test_a_criterion_of_slopes_is_not_for_sectors_of_neutral_equations():
-    with pytest.raises(InputError, match=r"choose from best, circle, piecewise-circle$"):
+    with pytest.raises(InputError, match=r"choose from best, popov, piecewise-popov, circle, piecewise-circle$"):
         max_sector("1/(s^2 + s/5 + 4) + exp(-s)/8", criterion="late-zames-falb")
