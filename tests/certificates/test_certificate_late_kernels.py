@@ -141,3 +141,11 @@ def test_far_out_what_falls_with_the_frequency_counts_with_its_sign(beside, hold
     F = Form({(0 * one, 4): (2 * one, 0 * one), (0 * one, 2): (one * beside, 0 * one)})
     F |= {(one, 4): (half, 0 * one), (-one, 4): (half, 0 * one)}
     assert turning(Form(F), Fraction(5) if beside != -25 else Fraction(51, 10), 4) is holds
+
+
+def test_kernels_that_cancel_have_their_masses_still():
+    found = edited(certificate("around"), *CLASS, "odd", value=True)
+    pair = [kernel("1/3", "2"), kernel("-1/3", "2")]
+    alone = edited(found, "multiplier", "kernels", value=pair)  # M = 1, masses 2/3
+    assert recheck(complete_and_check(alone).certificate).accepted
+    assert_both_reject(edited(found, "multiplier", "kernels", value=pair * 2))  # M = 1, masses 4/3
