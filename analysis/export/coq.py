@@ -56,6 +56,8 @@ def coq_text(shown: Checked) -> str:
         An ``InputError``: it cannot be exported; what it claims is of a kind that no file is written for.
     """
     data = shown.certificate
+    if "delay" in data["system"]["kind"]:
+        raise refused("its plant has dead time, beside which there is no export")
     if not isinstance(shown, Proved):
         method = data["proof"]["method"]
         if "rate" in data:

@@ -6,6 +6,8 @@ from fractions import Fraction
 import pytest
 from replayed import KEPT, changed, compiled, names, needs_coq
 
+from lure import Sector
+from lure.analysis import certify
 from lure.analysis.certificates.checker import check
 from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.certificates.systems import system_of
@@ -186,3 +188,10 @@ def test_a_gain_whose_root_is_not_placed_is_shown_by_a_form(loop, grows, library
     assert ok, said
     end = text.rindex("Theorem moves")
     assert not compiled(library, text[:end] + changed(text[end:], "1 * x 1%nat t", "(-1) * x 1%nat t"))[0]
+
+
+@pytest.mark.parametrize("plant", ["exp(-s)/(s+1)", "exp(-s)/(s+1+exp(-s)/2)", "1/(s^2+s/5+4)+exp(-s)/8"])
+def test_a_plant_with_dead_time_is_refused_for_its_dead_time(plant):
+    found = certify(plant, Sector(0, Fraction(1, 4)))
+    with pytest.raises(InputError, match="its plant has dead time, beside which there is no export"):
+        coq_text(check(found.certificate))
