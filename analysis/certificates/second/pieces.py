@@ -484,9 +484,8 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
                 else:
                     first[i][j] += value
         first[i][i] += direct
-        if (
-            m == 1 and square > 0 and one.kind not in ("delay", "slow")
-        ):  # |sigma| is at least what comes at once less the rest
+        # |sigma| is at least what comes at once less the rest
+        if m == 1 and square > 0 and one.kind not in ("delay", "slow"):
             left = arriving[0][0][0, 0].abs_lower() - sum((h[0, 0].abs_upper() for h, _ in arriving[1:]), arb(0))
             less[0][0] -= (square.lower() * left * left).lower() if left > 0 else 0
         for j, k in product(range(m), repeat=2):
