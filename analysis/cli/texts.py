@@ -344,10 +344,10 @@ Examples:
 \b
 For one known nonlinearity in each channel: sets from which every solution
 tends to 0, proved by what holds on the set alone (a sector on an interval,
-the limits of a saturation), and sets from which none does.  With one state and
-a nonlinearity of polynomials between cuts both sides meet.  A start in neither
-may be attracted or not.  In continuous time there is no set where the loop
-near 0 is linear and not stable.
+the limits of a saturation), and sets from which none does.  With one state
+and a nonlinearity of polynomials between cuts both sides meet.  A start in
+neither may be attracted or not.  In continuous time there is no set where the
+loop near 0 is linear and not stable.
 
 \b
 Exit status: 0 a set is proved, 10 none was found, 11 there is none,

@@ -101,7 +101,7 @@ def _form(h=(), plain=(), turned=(), kinds=("", ""), pairs=(None, None), width=1
     weight = [F(int(pair is None)) for pair in pairs]
     known = [pieces._Channel(kind, F(width), w, F(theta), rate) for kind, w in zip(kinds, weight, strict=True)]
     with working_precision(64):
-        return pieces._above([(side(plain), side(())), (side(h), side(turned))], known, pairs)
+        return pieces._above([(side(plain), side(())), (side(h), side(turned))], known, pairs, arb(0))
 
 
 SLOW, FREE, LAG = ("slow", ""), ("free", ""), ("delay", "")

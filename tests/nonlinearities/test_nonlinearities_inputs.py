@@ -230,4 +230,4 @@ def test_functions_have_describing_functions_too():
     with pytest.raises(AssumptionError, match="odd"):
         describing_function(np.abs, 1.0)
     with pytest.raises(InputError, match="give a nonlinearity, or a function"):
-        describing_function("tanh(sigma)", 1.0)
+        describing_function(1.0, 1.0)

@@ -246,7 +246,7 @@ def test_a_search_that_fails_proves_nothing(monkeypatch):
         (lambda: max_sector(as_plant((STATE, rows("1 0; 0 1; 0 0"), [1, 0, 0])), [ONE]), "need as many of both"),
         (
             lambda: max_sector(FETZER),
-            r"4 inputs and 4 outputs: .* such as \[SlopeBounds\(0, 1\)\] \* 4, or choose a pair",
+            r"4 inputs and 4 outputs: .* such as \[SlopeBounds\(0, 1\)\] \* 4, else choose a pair",
         ),
         (lambda: max_sector(FETZER, [Sector(0, float("inf"))] * 4), "give finite ones, such as"),
         (lambda: max_sector(FETZER, [ONE, 3.5, ONE, ONE]), "number 2 of what closes the channels: 3.5 is a number"),
