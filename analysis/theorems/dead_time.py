@@ -48,8 +48,19 @@ PHASES, MOST_PHASES, BEYOND = 16, 400, 1e3  # of what comes late, for its last d
 FAR_DELAYS = 20.0  # of the longest dead time: below, the phases of a kernel are searched
 
 
+class _LateSearch(Search):
+    """What the searches of loops with dead time share."""
+
+    def _closed_loop(self, k: float) -> NDArray[np.complex128]:
+        """Where ``|1 + k H|`` is small, as lightly damped roots."""
+        omega = np.linspace(0, self.far / 2, 4000)[1:]
+        size = np.abs(1 + k * self.response(omega))
+        near = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (size[1:-1] < 1)) + 1
+        return np.asarray(omega[near] * (1j - 1e-2 * size[near]))
+
+
 @dataclass(slots=True)
-class DelayedSearch(Search):
+class DelayedSearch(_LateSearch):
     """The linear programme of :class:`.Search` with the response of a plant with dead time.
 
     Attributes
@@ -86,13 +97,6 @@ class DelayedSearch(Search):
         """``H(i w)``."""
         return self.plant.transfer(1j * omega)
 
-    def _closed_loop(self, k: float) -> NDArray[np.complex128]:
-        """Where ``|1 + k H|`` is small, as lightly damped roots."""
-        omega = np.linspace(0, self.far / 2, 4000)[1:]
-        size = np.abs(1 + k * self.response(omega))
-        near = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (size[1:-1] < 1)) + 1
-        return np.asarray(omega[near] * (1j - 1e-2 * size[near]))
-
     def _at_infinity(self, k: float) -> Reals:
         """The inequality in the limit, with all delays at their worst phase, and something left of it."""
         degree = len(self.plant.denominator) - 1
@@ -112,7 +116,7 @@ class DelayedSearch(Search):
 
 
 @dataclass(slots=True)
-class LoopSearch(Search):
+class LoopSearch(_LateSearch):
     """The linear programme with the response of a loop with dead times in one channel, of neutral type or not.
 
     Far out, where it does not settle, it is looked at over a period of what comes late, or at as many phases.
@@ -161,13 +165,6 @@ class LoopSearch(Search):
     def response(self, omega: Reals) -> NDArray[np.complex128]:
         """``H(i w)``."""
         return self.loop(omega)
-
-    def _closed_loop(self, k: float) -> NDArray[np.complex128]:
-        """Where ``|1 + k H|`` is small, as lightly damped roots."""
-        omega = np.linspace(0, self.far / 2, 4000)[1:]
-        size = np.abs(1 + k * self.response(omega))
-        near = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (size[1:-1] < 1)) + 1
-        return np.asarray(omega[near] * (1j - 1e-2 * size[near]))
 
     def _fine(self, k: float) -> Reals:
         return increasing(Search._fine(self, k), self._beyond())
