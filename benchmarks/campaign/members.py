@@ -344,7 +344,7 @@ def late(case: Drawn, conclusion: str, rng: np.random.Generator) -> str:
 
     def step(state: Reals, t: int) -> Reals:
         x, past = state[:, :n], state[:, n:]
-        sigma = past[:, -1]
+        sigma = (past[:, -1] + past[:, -2]) / 2  # in the middle of the step: a sample that is held is half a step late
         if one.time_varying:
             on = (t % period.sum(axis=0)) < period[0]
             mu = -np.where(on, low, high) * sigma
