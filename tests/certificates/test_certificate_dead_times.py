@@ -533,6 +533,19 @@ def test_popovs_term_far_out_is_that_of_s_times_h():
     assert_both_reject(edited(found, "multiplier", "theta", value=["-2"]))
 
 
+# |s exp(-s)/(8 (s + 1))| < 1/8, the limit far out at all phases: F/2 = (1 - u/8)(1 - 4/8) there in the sector [-4, u]
+@pytest.mark.parametrize(("upper", "holds"), [("799999/100000", True), ("800001/100000", False)])
+def test_far_out_the_size_of_what_is_fed_through_late_is_that_of_its_parts(upper, holds):
+    echo = late([["-1"]], ONE, NO, NO, ("1", NO, NO, [["1/8"]], NO))
+    ends = [str(end) for end in range(1, 65)]
+    multiplier = {"lambda": ["1"], "pieces": [[None]] * 65}
+    found = draft(echo, [sector("-4", upper)], "piecewise-circle", {"method": "pieces", "ends": ends}, multiplier)
+    if holds:
+        assert recheck(complete_and_check(found).certificate).accepted
+    else:
+        assert_both_reject(found)
+
+
 @pytest.mark.slow
 def test_many_dead_times_are_not_multiplied_out_far_out(monkeypatch):
     # diag(1/(s + 1 + exp(-s)/4 + exp(-s/3)/5), 1/(s + 1 - exp(-2 s)/4 + exp(-s/5)/6)): Re 1/H >= .55, so that Re H > 0

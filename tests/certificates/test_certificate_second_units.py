@@ -80,7 +80,7 @@ def test_a_state_that_comes_back_has_any_phase(omega, wait):
     one = fmpq_mat([[1]])
     loop = LateLoop(-1 * one, one, one, zero, ((F(1), fmpq(1, 2) * one, zero),), ((zero, zero),), None)
     with working_precision(128):
-        (plain, _), _ = loop.at_any_phase(1 / ball(F(omega)), [])
+        (plain, *_), _ = loop.at_any_phase(1 / ball(F(omega)), [])
         assert plain[0, 0].overlaps(1 / (acb(0, omega) + 1 - acb(wait) / 2))
 
 

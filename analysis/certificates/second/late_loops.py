@@ -23,6 +23,7 @@ from lure.analysis.certificates.second.reading import require, tick
 from lure.analysis.certificates.second.systems import Delayed
 
 Series = list[list[acb_series]]
+Arriving = list[tuple[acb_mat, acb_mat, *tuple[arb_mat, ...]]]
 _T = TypeVar("_T", acb_series, fmpq_series)
 _LARGEST = 64
 
@@ -180,7 +181,7 @@ class LateLoop:
         whole = [int(tau * unit) for tau in times]
         return [step // math.gcd(*whole) for step in whole]
 
-    def at_any_phase(self, u: arb, arcs: Sequence[tuple[Fraction, Fraction]]) -> list[tuple[acb_mat, acb_mat]] | None:
+    def at_any_phase(self, u: arb, arcs: Sequence[tuple[Fraction, Fraction]]) -> Arriving | None:
         """What arrives of ``H`` and of ``s H`` without dead time, and with each, ``|s| = 1/u``, for any waits inside.
 
         In neutral equations for arcs of the phases that ``x'`` arrives with, which are then in the first.
@@ -190,7 +191,8 @@ class LateLoop:
         Returns
         -------
         list of (acb_mat, acb_mat) or None
-            (p, m) each, without the phase of the output's own dead time; None if nothing is shown.
+            (p, m) each, without the phase of the output's own dead time, the first with what no entry of ``H`` is
+            larger than, whatever the phases of the outputs; None if nothing is shown.
         """
         n, over, any_phase = self.A.nrows(), acb(0, -u), acb(arb(0, 1), arb(0, 1))
         phases = [any_phase] * len(self.late)
@@ -203,16 +205,17 @@ class LateLoop:
             states = (one - M * over).solve(acb_mat(self.B))
         except ZeroDivisionError:
             return None
-        turned, apart = acb_mat(self.C) * states, list[tuple[acb_mat, acb_mat]]()
+        turned, apart = acb_mat(self.C) * states, Arriving()
         plain = turned * over + acb_mat(self.D)
+        most = _sizes(plain)
         for k, ((tau, _, C), (_, D)) in enumerate(zip(self.late, self.rates, strict=True)):
             side = acb_mat(C) * states * acb(self._grown(tau))
             h = side * over + acb_mat(D) * states  # s H is not asked for in rows with D
             if k in self.turning:
-                plain, turned = plain + h * phases[k], turned + side * phases[k]
+                plain, turned, most = plain + h * phases[k], turned + side * phases[k], most + _sizes(h)
             else:
                 apart.append((h, side))
-        return [(plain, turned), *apart]
+        return [(plain, turned, most), *apart]
 
     def at(self, omega: arb) -> acb_mat:
         """The transfer matrix at ``i omega`` [rad/s]."""
@@ -315,6 +318,11 @@ class LateLoop:
             [sum((outputs[i][k] * states[k][j] for k in range(n)), 0 * s + acb(arb(self.D[i, j]))) for j in range(m)]
             for i in range(self.C.nrows())
         ]
+
+
+def _sizes(H: acb_mat) -> arb_mat:
+    """Bounds of the entries."""
+    return arb_mat([[h.abs_upper() for h in row] for row in H.tolist()])
 
 
 def _cramer(states: list[list[_T]], outputs: list[list[_T]], D: list[list[_T]]) -> tuple[_T, list[list[_T]]]:

@@ -23,7 +23,7 @@ from flint import acb, acb_mat, acb_series, arb, fmpq, fmpq_mat, fmpq_poly, fmpq
 from lure.analysis.certificates.second.channels import Asked, acyclic
 from lure.analysis.certificates.second.classes import DELAYS
 from lure.analysis.certificates.second.frequencies import Matrices
-from lure.analysis.certificates.second.late_loops import NONE, Kernels, LateLoop, grown
+from lure.analysis.certificates.second.late_loops import NONE, Arriving, Kernels, LateLoop, grown
 from lure.analysis.certificates.second.numerics import (
     SERIES_TERMS,
     X,
@@ -452,7 +452,7 @@ def _at_any_phase(loop: _Loop, known: Sequence[_Channel], row: _Row, most: Fract
     return False
 
 
-def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], row: _Row, u: arb) -> bool:
+def _above(arriving: Arriving, known: Sequence[_Channel], row: _Row, u: arb) -> bool:
     """Whether the form of ``|x|`` is positive definite there, in ``mu`` before any shift: ``(e + l H)* x (e + u H)``.
 
     Of delays ``x (|mu|^2 - |sigma|^2)``, of slow ones ``x |mu|^2 - x |sigma|^2/(1 - d) + y |mu + sigma|^2 - y h^2
@@ -472,11 +472,11 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
             direct, factor = acb((x + y if one.kind == "slow" else x) / 2), acb(y)
             squares = [(x * ball(1 / (1 - one.rate))).abs_upper(), y * ball(one.width**2) * bool(one.kind == "slow")]
         sizes, rates = [arb(0)] * m, [arb(0)] * m
-        for k, (plain, turned) in enumerate(arriving):
+        for k, (plain, turned, *most) in enumerate(arriving):
             for j in range(m):
                 h = plain[i, j]
                 value = factor * h + (turned[i, j] * ball(one.theta) if one.theta else 0)
-                sizes[j] += h.abs_upper()
+                sizes[j] += min(h.abs_upper(), *(size[i, j].upper() for size in most)) if most else h.abs_upper()
                 if squares[1] > 0:
                     rates[j] += turned[i, j].abs_upper()
                 if k:
@@ -486,7 +486,7 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
         first[i][i] += direct
         # |sigma| is at least what comes at once less the rest
         if m == 1 and square > 0 and one.kind not in ("delay", "slow"):
-            left = arriving[0][0][0, 0].abs_lower() - sum((h[0, 0].abs_upper() for h, _ in arriving[1:]), arb(0))
+            left = arriving[0][0][0, 0].abs_lower() - sum((h[0][0, 0].abs_upper() for h in arriving[1:]), arb(0))
             less[0][0] -= (square.lower() * left * left).lower() if left > 0 else 0
         for j, k in product(range(m), repeat=2):
             less[j][k] += squares[0] * sizes[j] * sizes[k] + squares[1] * rates[j] * rates[k]
@@ -508,7 +508,7 @@ def _above(arriving: list[tuple[acb_mat, acb_mat]], known: Sequence[_Channel], r
     return True
 
 
-def _arriving(loop: _Loop, u: arb) -> list[tuple[acb_mat, acb_mat]] | None:
+def _arriving(loop: _Loop, u: arb) -> Arriving | None:
     """``H`` and ``s H`` without dead time, and with each; None if ``d`` may vanish."""
     below = _value(loop.d, acb(u))
     if below.contains(0):
