@@ -193,7 +193,7 @@ def on_axis(F: Form, full: int, critical: bool, bounded: bool, proof: Any = None
 def by_matrix(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> tuple[bool, dict[str, str]]:
     """Circle or Popov by a matrix inequality, or one of higher degree: whether critical, and the hypotheses."""
     if proof["method"] == "powers":
-        return False, powers.facts(name, data, system, family, proof)
+        return powers.facts(name, data, system, family, proof)
     need(name == "circle" or (name == "popov" and not family.varying), "this theorem has no matrix proof here")
     theta, (l, k) = (number(*fields(data, "theta")) if name == "popov" else ZERO * len(fields(data)), family.sector)
     need(abs(l) != INF, "the lower bound is infinite")

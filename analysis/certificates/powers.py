@@ -47,29 +47,33 @@ def vanishes(Z: list[list[int]], m: list[Monomial]) -> bool:
     return not any(total.values())
 
 
-def require_falling(ends: Any, proof: Any) -> int:
+def require_falling(ends: Any, proof: Any) -> tuple[int, bool]:
     """The order of ``P``, once ``V = m'P m`` is found to fall along ``x' = A x`` for both matrices ``ends``.
 
     ``m`` are the products of ``power`` states, ``P > 0``, and ``V' = -m'G m``, ``G = Z - (L'P + P L) > 0``, with one
-    ``Z``, ``m'Z m = 0``, for each end.
+    ``Z``, ``m'Z m = 0``, for each end.  And whether with the lower gain ``x_1`` has no influence: there ``G`` may be
+    without the power of ``x_1``, so that ``V`` does not grow, and falls where another state is not 0.
     """
     _, power, given, *differences = fields(proof, "method", "power", "P", "lower", "upper")
     n, p = len(ends[0]), integer(power, 1, MOST_POWER)
     need(n > 0 and (count := comb(n + p - 1, p)) <= MOST_MONOMIALS, f"P is of no order from 1 to {MOST_MONOMIALS}")
-    m = monomials(n, p)
+    m, critical = monomials(n, p), not any(row[0] for row in ends[0])
     for which, end, difference in zip(("lower", "upper"), ends, differences):
         P, a, Lt = states.symmetric(given, [*zip(*lifted(end, m))], count)
         Z, *_ = states.symmetric(difference, [], count)
         need(vanishes(Z, m), f"the form of the {which} end does not vanish on the monomials")
         falls = states.falling(P, Lt, a, False)[1]
         G = [[v + a * z for v, z in zip(row, line)] for row, line in zip(falls, Z)]
+        if critical and which == "lower":
+            need(not any(row[0] for row in G), "the power of x_1 is no direction of rest")
+            G = [row[1:] for row in G[1:]]
         need(positive_definite(G), f"that V falls with the gain at the {which} end fails, or is undecided")
     need(positive_definite([row[: i + 1] for i, row in enumerate(P)]), "P > 0 fails, or is undecided")
-    return count
+    return count, critical
 
 
-def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> dict[str, str]:
-    """``V = m'P m`` falls with the gains at both ends of the sector, and so with all between them.
+def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> tuple[bool, dict[str, str]]:
+    """``V = m'P m`` falls with the gains at both ends of the sector, and so with all between them; whether critical.
 
     The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between the matrices of both ends.
     """
@@ -82,9 +86,10 @@ def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) 
     A, b, c, d, discrete = realised(system, l)
     posed(1 + (k - l) * d > 0, "1 + g H(inf) vanishes for a gain g of the class")
     need(not discrete, "continuous time is needed")
-    count = require_falling([A, states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])], proof)
-    return {
+    count, critical = require_falling([A, states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])], proof)
+    falls = "V' <= 0, and V' < 0 where a state beside x_1 is not 0," if critical else "V' < 0 for x != 0"
+    return critical, {
         "stable": f"V = m^T P m, P > 0, m the {count} monomials of degree {proof['power']} in the state",
-        "inequality": f"V' < 0 for x != 0 with the gains {l}, {k} and all between; Gram matrices of order {count}",
+        "inequality": f"{falls} with the gains {l}, {k} and all between; Gram matrices of order {count}",
         "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift",
     }

@@ -456,8 +456,7 @@ class FallingTheorem(Laws):
         side = f"(proj2 {side} ({self.sigma(0)}))"
         if self.loop.bounds[0][1] != INF or self.loop.each:
             side = f"(proj1 {side})"
-        seen = "z, small" if self.discrete else "z, now, rows"
-        held = "steps_vanish z small all" if self.discrete else "rows_vanish (fun t => at_ now (z t)) rows all"
+        seen, held = self.seen()
         lines = [
             f"  pose proof ({held}) as vanish.",
             f"  assert (G : forall t, {always}{self.phi(0)} ({self.sigma(0)}) = {self.value(0)})",
@@ -484,6 +483,12 @@ class FallingTheorem(Laws):
         lines.append("  intro continuous; pose proof (rest phi G continuous) as R.")
         lines.append(f"  replace ({number(size)} * (/ {number(size)} * c)) with c by field; rewrite R.")
         return [*lines, "  repeat apply conj; field."]
+
+    def seen(self) -> tuple[str, str]:
+        """What the combinations that tend to 0 are made of, and the proof that all of them do."""
+        if self.discrete:
+            return "z, small", "steps_vanish z small all"
+        return "z, now, rows", "rows_vanish (fun t => at_ now (z t)) rows all"
 
     def changing(self, zeta: Vector) -> list[str]:
         """How ``zeta`` changes; in discrete time, of a transfer function, also that ``phi - l sigma`` tends to 0."""

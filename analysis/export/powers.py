@@ -9,11 +9,25 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from lure.analysis.certificates.arithmetic import numbers
+from lure.analysis.certificates.blocks import realised
+from lure.analysis.certificates.matrix import Claim, zero_of
 from lure.analysis.certificates.powers import lifted, monomials
 from lure.analysis.certificates.states import classes
 from lure.analysis.export.falling import FallingTheorem
 from lure.analysis.export.loops import of_one
-from lure.analysis.export.quadratic import Loop, Matrix, Term, Vector, bilinear, definite, less, rounded, whole
+from lure.analysis.export.quadratic import (
+    Loop,
+    Matrix,
+    Term,
+    Vector,
+    apart,
+    bilinear,
+    definite,
+    less,
+    rounded,
+    whole,
+)
 from lure.analysis.export.words import combined, folded, integers, number, refused, whole_file
 
 MOST_PRODUCTS = 24  # more take Coq minutes
@@ -32,7 +46,15 @@ def powers_text(data: Mapping[str, Any], claim: str) -> str:
     loop = of_one(data["system"])
     low, high = (Fraction(v) for v in classes(data["laws"]).sector)
     rows = [row[: len(loop.now)] for row in loop.now]
-    return _Powers(data, replace(loop, bounds=[(low, high)], theta=[Fraction(0)], rows=rows), low, high).text(claim)
+    A, b, c, d, _ = realised(data["system"], low)
+    critical, rest = not any(row[0] for row in A), None
+    if critical:
+        zero = zero_of(Claim(A=A, b=b, c=c, d=d, discrete=False, width=high - low, theta=Fraction(0)))
+        if d or zero is None:
+            raise refused("its pole at 0 is beside a direct term")
+        rest = numbers(zero["right"]), numbers(zero["left"]), 0
+    loop = replace(loop, bounds=[(low, high)], theta=[Fraction(0)], rows=rows[int(critical) :], rest=rest)
+    return _Powers(data, loop, low, high).text(claim)
 
 
 class _Powers(FallingTheorem):
@@ -41,6 +63,7 @@ class _Powers(FallingTheorem):
     def __init__(self, data: Mapping[str, Any], loop: Loop, low: Fraction, high: Fraction) -> None:
         super().__init__(data, loop)
         self.low, self.high, proof = low, high, data["proof"]
+        self.skipped = int(loop.rest is not None)  # the power of the state that stays where it is
         self.exponents = monomials(self.order, proof["power"])
         if len(self.exponents) > MOST_PRODUCTS:
             raise refused(
@@ -51,7 +74,7 @@ class _Powers(FallingTheorem):
         given = [lifted(self.end(side), self.exponents) for side in (0, 1)]
         _, self.unit = whole([v for rows in given for row in rows for v in row])
         self.rows = [[whole(row, self.unit)[0] for row in rows] for rows in given]
-        for bits in (*BITS, 0):
+        for bits in (*BITS[: 0 if self.skipped else None], 0):
             self.P, self.zero = self._near(proof, bits)
             self.times = self._times()
             if self.times:
@@ -104,16 +127,17 @@ class _Powers(FallingTheorem):
         """By which the fall of ``V`` is above the squares; 0 if that is not shown."""
         n = len(self.exponents)
         places = [[int(i == j) for j in range(n)] for i in range(n)]
-        sides = [(bilinear(self.P, places, places), list[Term]())]
+        sides = [(bilinear(self.P, places, places), list[Term](), definite)]
         for rows, Z in zip(self.rows, self.zero, strict=True):
             falls = [
                 *bilinear(self.P, places, rows, -1),
                 *bilinear(self.P, rows, places, -1),
                 *bilinear(Z, places, places),
             ]
-            sides.append((falls, [(-1, row, row) for row in (*places, *rows)]))
+            squares = [(-1, row, row) for row in (*places[self.skipped :], *rows)]
+            sides.append((falls, squares, apart if self.skipped and rows is self.rows[0] else definite))
         for power in (MOST_SCALE, *range(0, MOST_SCALE, 4)):
-            if all(definite([*((c << power, u, v) for c, u, v in V), *less], n) for V, less in sides):
+            if all(shown([*((c << power, u, v) for c, u, v in V), *less], n) for V, less, shown in sides):
                 if power < MOST_SCALE:
                     return int(1 << power)
             elif power == MOST_SCALE:
@@ -130,7 +154,7 @@ class _Powers(FallingTheorem):
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        n, N = self.order, len(self.exponents)
+        n = self.order
         listed = "; ".join("[" + "; ".join(f"{v}%nat" for v in e) + "]" for e in self.exponents)
         lines = [*self.definitions(), folded(f"Definition exponents : list (list nat) := [{listed}].")]
         lists = [("P", self.P), ("lower", self.rows[0]), ("upper", self.rows[1])]
@@ -139,10 +163,7 @@ class _Powers(FallingTheorem):
             lines.append(folded(f"Definition {name} : list (list pair_) := {self.groups(Z)}%Z."))
             lines.append(f"Lemma {name}_vanishes : forallb (vanishing exponents) {name} = true.")
             lines.append("Proof. vm_cast_no_check (eq_refl true). Qed.")
-        test = (
-            f"powers_fall {N} P lower upper (vanishing_terms zero_l) (vanishing_terms zero_k) {self.unit} {self.times}"
-        )
-        lines.append(f"Lemma falls : {test} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
+        lines.append(f"Lemma falls : powers_fall {self.test()} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
         names = [f"x{k}" for k in range(n)]
         state = f"[{'; '.join(names)}]"
         for name, side in zip(("lower", "upper"), (0, 1), strict=True):
@@ -156,8 +177,13 @@ class _Powers(FallingTheorem):
                 "Qed.",
             ]
         origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
-        libraries = ("forms.v", "flow.v", "definite.v", "powers.v")
+        libraries = ("forms.v", "flow.v", "critical.v", "definite.v", "powers.v")
         return whole_file(claim, origin, libraries, ["\n".join(lines), "\n".join(self.statement())])
+
+    def test(self) -> str:
+        """What the test is of."""
+        forms = "P lower upper (vanishing_terms zero_l) (vanishing_terms zero_k)"
+        return f"{self.skipped} {len(self.exponents)} {forms} {self.unit} {self.times}"
 
     def derivative(self, side: int, names: list[str]) -> str:
         """The state's derivative with the gain at one end, of numbers with these names."""
@@ -176,13 +202,12 @@ class _Powers(FallingTheorem):
         lines = self.opening()
         for name, side in (("X", xs), ("X'", dxs)):
             lines.append(f"  pose ({name} := fun t : R => map (fun f : R -> R => f t) [{'; '.join(side)}]).")
-        test = f"{N} P lower upper (vanishing_terms zero_l) (vanishing_terms zero_k) {self.unit} {self.times}"
         shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
         lines += [
-            f"  assert (lim := powers_in_time {test}",
+            f"  assert (lim := powers_in_time {self.test()}",
             "    (fun t => map (fun e => mono e (X t)) exponents)",
             "    (fun t => map (fun e => dmono e (X t) (X' t)) exponents) falls).",
-            f"  assert (all : forall i, (i < {N})%nat ->",
+            f"  assert (all : forall i, ({self.skipped} <= i < {N})%nat ->",
             "    tends_to (fun t => nth i (map (fun e => mono e (X t)) exponents) 0) 0).",
             "  { apply lim; clear lim.",
             "  - intro t; rewrite map_length; reflexivity.",
@@ -203,18 +228,50 @@ class _Powers(FallingTheorem):
             "    unfold X'; cbn [map lcomb].",
             "    repeat (apply (f_equal2 cons); [lra|]); reflexivity. }",
         ]
-        for k in range(n):
-            power = self.data["proof"]["power"]
+        power, kept = self.data["proof"]["power"], range(self.skipped, n)
+        for k in kept:
             i = self.exponents.index(tuple(power * (j == k) for j in range(n)))
-            lines += ["  apply conj."] * (k < n - 1)
             lines += [
+                f"  assert (near{k} : tends_to ({xs[k]}) 0).",
                 f"  {{ apply (tends_to_power ({xs[k]}) {power}); [lia|].",
                 f"    apply (tends_to_part 1 _ (fun t => nth {i} (map (fun e => mono e (X t)) exponents) 0));",
                 "      [lra| |].",
                 "    - intro t; unfold X, exponents; cbn [map nth mono]; ring.",
                 "    - apply all; lia. }",
             ]
-        return [*lines, "Qed."]
+        if self.skipped:
+            others = "; ".join(xs[k] for k in kept)
+            lines += [
+                f"  pose (z := fun t => map (fun f : R -> R => f t) [{others}]).",
+                f"  pose (now := [{'; '.join(xs)}]); pose (next := [{'; '.join(dxs)}]).",
+                f"  assert (small : Forall (fun f => tends_to f 0) [{others}]) by (repeat constructor; assumption).",
+                *["  split; [assumption|]."] * len(kept),
+                *self.rested(),
+            ]
+        return [*lines, *["  repeat apply conj; assumption."] * (not self.skipped), "Qed."]
+
+    def seen(self) -> tuple[str, str]:
+        """The states that tend to 0."""
+        return "z", "sums_vanish _ small"
+
+    def vanishing(self, form: Vector) -> tuple[str, str]:
+        """A combination of these, in integers, and by what it is multiplied."""
+        row, q = whole(form[1:])
+        return f"(fun t => dot {integers(row)}%Z (z t))", number(Fraction(1, q))
+
+    def changing(self, zeta: Vector) -> list[str]:
+        """How ``zeta`` changes."""
+        row, q = whole(zeta)
+        of = f"dot {integers(row)}%Z"
+        return [
+            f"  {{ intros t Ht; apply (derivable_same (fun s => / {q} * {of} (map (fun f : R -> R => f s) now)) _ t",
+            f"      (/ {q} * {of} (map (fun f : R -> R => f t) next)));",
+            "      [intro; unfold now; cbn [map dot]; field",
+            f"      |unfold next, sigma{', den' * bool(self.transfer)}; cbn [map dot]; field|].",
+            f"    apply (derivable_pt_lim_scal (fun s => {of} (map (fun f : R -> R => f s) now))), sums_derivable.",
+            *(f"    apply Forall2_cons; [{self.derived(k)}|]." for k in range(self.order)),
+            "    apply Forall2_nil. }",
+        ]
 
     def derived(self, k: int) -> str:
         """That a state has the derivative that it should have."""

@@ -162,6 +162,12 @@ def definite(terms: Iterable[Term], size: int) -> bool:
     return _definite(matrix_of(terms, size))
 
 
+def apart(terms: Iterable[Term], size: int) -> bool:
+    """The same of a form in which the first variable does not stand."""
+    (a, *v), *rows = matrix_of(terms, size)
+    return a == 0 and not any(v) and _definite(rows)
+
+
 def _definite(rows: list[list[int]]) -> bool:
     """``definite`` of the Coq files, of an upper triangle by rows."""
     while rows:

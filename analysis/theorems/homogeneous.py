@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -34,11 +35,20 @@ THEOREM = (
     "in control theory, 1973; A. L. Zelentsovsky, IEEE Trans. Automatic Control 39 (1994) 135-138; G. Chesi et al., "
     "Homogeneous Polynomial Forms for Robustness Analysis of Uncertain Systems, 2009)"
 )
-CONCLUSION = "0 is globally exponentially stable for every phi(t, sigma) of the class, time-varying phi included"
+CONCLUSIONS = (
+    "0 is globally exponentially stable for every phi(t, sigma) of the class, time-varying phi included",
+    "every solution is bounded and, for time-invariant phi, converges to an equilibrium; for time-varying phi "
+    "boundedness only",
+)
 ASSUMED = "phi piecewise continuous in t, locally Lipschitz in sigma, in the sector: assumed of the class"
-HYPOTHESIS = "P > 0, and V' < 0 for x != 0 with the gains at both ends of the sector: checked in integers"
+HYPOTHESES = (
+    "P > 0, and V' < 0 for x != 0 with the gains at both ends of the sector: checked in integers",
+    "P > 0, and V' < 0 with the gains at both ends of the sector, V' = 0 with the lower one where x_1 alone is not 0: "
+    "checked in integers",
+)
 HIGHEST = {2: 12, 3: 6, 4: 3, 5: 3}  # half of the degree, by the order of the plant
 QUICK = {2: 12, 3: 4, 4: 3, 5: 2}
+CRITICAL = 10  # the solver's last with a pole at 0
 STEPS, CLOSE, FIRST = 14, 5e-4, 32
 ROOM, DIGITS, COORDINATES = 1e-9, 14, 8  # of the inequality; of what is rounded, beyond the room [bits]
 
@@ -75,8 +85,8 @@ def homogeneous_largest(
     Raises
     ------
     AssumptionError
-        The plant is of another order or not stable with the gain ``lower``; the circle criterion proves every finite
-        ``k``.
+        The plant is of another order or has other poles with the gain ``lower``; the circle criterion proves every
+        finite ``k``.
 
     Examples
     --------
@@ -86,15 +96,17 @@ def homogeneous_largest(
     5.7
     """
     search = _Search.of(block, Fraction(lower))
-    power = (QUICK if effort == "quick" else HIGHEST)[block.order]
+    power = search.most(QUICK if effort == "quick" else HIGHEST)
     (low, ended), high = search.largest(power), search.top
     proved = low > search.circle
     above = (
         f"linear gains are stable only below {text_above(high)}" if high < math.inf else "all linear gains are stable"
     )
     tried = "" if ended else ", the largest that was tried"
-    said = f"a form of degree {2 * power} proves every k up to {text_below(low, 15)}{tried}, {above}; {CONCLUSION}"
-    found = _result(
+    said = (
+        f"a form of degree {2 * power} proves every k up to {text_below(low, 15)}{tried}, {above}; {search.conclusion}"
+    )
+    found = search.result(
         Sector(search.lower, low if proved else math.inf),
         Bracket(low, max(high, low)),
         power if proved else None,
@@ -119,12 +131,12 @@ def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResu
         raise AssumptionError(f"{TITLE} needs a sector with finite ends; got {sector}", code=Reason.NO_LOWER_END)
     require_well_posed(block, sector.upper, lower=Fraction(sector.lower))
     search, upper = _Search.of(block, Fraction(sector.lower)), Fraction(sector.upper)
-    for power in range(2, HIGHEST[block.order] + 1):
+    for power in range(2, search.most(HIGHEST) + 1):
         if search.proof(upper, power) is not None:
-            said = f"a form of degree {2 * power} falls along every solution; {CONCLUSION}"
-            return _result(sector, Bracket(float(upper), math.inf), power, said)
+            said = f"a form of degree {2 * power} falls along every solution; {search.conclusion}"
+            return search.result(sector, Bracket(float(upper), math.inf), power, said)
     largest = Bracket(float(search.lower), math.inf)
-    return _result(sector, largest, None, f"no form of degree up to {2 * HIGHEST[block.order]} was found")
+    return search.result(sector, largest, None, f"no form of degree up to {2 * search.most(HIGHEST)} was found")
 
 
 def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Fraction) -> dict[str, Any] | None:
@@ -143,7 +155,7 @@ def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Frac
 class _Search:
     """The classes ``[lower, k]`` of one plant."""
 
-    block: RationalPlant = quantity("The plant, stable with the gain ``lower``")
+    block: RationalPlant = quantity("The plant, stable or critical with the gain ``lower``")
     lower: Fraction = quantity("Lower end")
     circle: float = quantity("How far the circle criterion goes")
     top: float = quantity("How far linear gains go")
@@ -151,8 +163,7 @@ class _Search:
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction) -> _Search:
         """The search, if the criterion covers the plant."""
-        if check_plant(block, lower=lower).case != "stable":
-            raise AssumptionError(f"{TITLE} does not cover a pole at 0; ask circle", code=Reason.NOT_APPLICABLE)
+        check_plant(block, lower=lower)
         if block.order not in HIGHEST:
             raise AssumptionError(
                 f"{TITLE} is evaluated for plants of order {min(HIGHEST)} to {max(HIGHEST)}, this one has order "
@@ -176,14 +187,19 @@ class _Search:
         (A, b, c, d), width = self.realised, upper - self.lower
         return [A, gained(A, b, [width / (1 + width * d) * v for v in c])]
 
+    @cached_property
+    def critical(self) -> bool:
+        """Whether there is a pole at 0 with the gain ``lower``: then ``x_1`` alone stays where it is."""
+        return not any(row[0] for row in self.realised[0])
+
     def largest(self, power: int) -> tuple[float, bool]:
         """The largest ``k`` that is proved, and whether a larger one was tried and is not.
 
         Beyond the quick degree from what that proves on, in steps that grow.
         """
         start, low, high, step = float(self.lower), self.circle, self.top, 0.0
-        if power > QUICK[self.block.order]:
-            low, ended = self.largest(QUICK[self.block.order])
+        if power > self.most(QUICK):
+            low, ended = self.largest(self.most(QUICK))
             step = (low - start) / FIRST
             if not ended:
                 return low, False
@@ -195,68 +211,127 @@ class _Search:
             low, high = (k, high) if self.proof(Fraction(k), power) is not None else (low, k)
         return low, high < math.inf
 
+    def most(self, degrees: Mapping[int, int]) -> int:
+        """Half of the highest degree; ``degrees``: by the order."""
+        return min(degrees[self.block.order], CRITICAL if self.critical else max(HIGHEST.values()))
+
     @cached_property
     def coordinates(self) -> list[list[int]]:
-        """``2^e T`` for ``z = T x`` in which a quadratic form near the circle criterion's is ``|z|^2``."""
+        """``r T`` for ``z = T x`` in which a quadratic form near the circle criterion's is ``|z|^2``.
+
+        In the critical case the first row is a multiple of the one that ``A`` makes 0, exactly.
+
+        Raises
+        ------
+        AssumptionError
+            The solver failed.
+        """
         k = self.lower + (Fraction(self.circle) - self.lower) * Fraction(7, 8)
         low, high = (in_doubles(A) for A in self.ends(k))
+        still = self._at_rest() if self.critical else None
+        first = np.eye(len(low))
+        if still:
+            first[0] = [float(Fraction(v, still[0])) for v in still]
+            low, high = (first @ side @ np.linalg.inv(first) for side in (low, high))
         _, scale = balanced(low + high)
-        _, P, _ = _solved([low * scale / scale[:, None], high * scale / scale[:, None]], 1)
+        ends = [side * scale / scale[:, None] for side in (low, high)]
+        _, P, _ = _solved(ends, 1, critical=self.critical)
         try:
             T = np.linalg.cholesky(P).T / scale
         except np.linalg.LinAlgError:
             failed = "the programme for a quadratic form, which the circle criterion promises, failed"
             raise AssumptionError(f"{TITLE}: {failed}; rescale the plant", code=Reason.SOLVER_FAILED) from None
-        rows = [[Fraction(float(v)) for v in row] for row in T]
+        rows = [[Fraction(float(v)) for v in row] for row in T @ first]
         size = max(abs(v) for row in rows for v in row)
         bits = COORDINATES - math.frexp(float(size))[1] + math.ceil(math.log2(float(np.linalg.cond(T))))
         unit = Fraction(2) ** bits
+        if still:  # of which all rows are so many times as long that the first is whole
+            unit *= max(1, math.ceil(still[0] / (unit * rows[0][0])))
+            rows[0] = [Fraction(round(unit * rows[0][0] / still[0]) * v) / unit for v in still]
         return [[round(v * unit) for v in row] for row in rows]
+
+    def _at_rest(self) -> list[int]:
+        """``w`` in integers, ``w^T A = 0``: ``x_1' = x_2`` and so on, and ``x_n'`` follows from these."""
+        row = [*(-v for v in self.realised[0][-1][1:]), Fraction(1)]
+        unit = math.lcm(*(v.denominator for v in row))
+        whole = [int(v * unit) for v in row]
+        return [v // math.gcd(*whole) for v in whole]
 
     def proof(self, upper: Fraction, power: int) -> dict[str, Any] | None:
         """What the checker accepts for the class ``[lower, upper]``; None if nothing is found."""
         checkpoint()
         if 1 + (upper - self.lower) * self.realised[3] <= 0:
             return None  # 1 + g H(inf) vanishes for a gain of the class
-        T = self.coordinates
-        near = np.array(T, dtype=float)
+        near = np.array(self.coordinates, dtype=float)
         back = np.linalg.inv(near)
         ends = self.ends(upper)
         turned = [near @ in_doubles(A) @ back for A in ends]
-        room, P, lines = _solved(turned, power)
+        room, P, lines = _solved(turned, power, critical=self.critical)
         if not room > ROOM:
             return None
         unit = 1 << (DIGITS - math.floor(math.log2(room)))
-        proof = {"method": "powers", "power": power, **_rounded(P, lines, T, power, unit)}
+        proof = {"method": "powers", "power": power, **self.rounded(P, lines, power, unit)}
         try:
             require_falling(ends, proof)
         except Rejected:
             return None
         return proof
 
+    def rounded(self, P: Reals, lines: Sequence[list[float]], power: int, unit: int) -> dict[str, list[list[str]]]:
+        """``P``, ``Z_1`` and ``Z_2`` in integers, in the monomials of ``x`` for ``z = T x``.
+
+        In the critical case ``P - Y`` has ``z_1^p`` alone, ``m^T Y m = 0``, and ``Z_1 + L^T Y + Y L`` belongs to ``P``.
+        """
+        m = monomials(self.block.order, power)
+        by, near = _weights(m), np.zeros((4, len(m), len(m)), dtype=object)
+        scaled = P * by[:, None] * by * unit
+        near[0] = [[round(float(scaled[max(i, j), min(i, j)])) for j in range(len(m))] for i in range(len(m))]
+        for Z, line, pairs in zip(near[1:3], lines, (_vanishing(m, int(self.critical)), _vanishing(m)), strict=True):
+            for value, pair in zip(line, pairs, strict=True):
+                for (i, j), sign in zip(pair, (1, -1), strict=True):
+                    Z[i, j] += sign * round(value * unit)
+                    Z[j, i] += sign * round(value * unit)
+        for h, other in (_beside_first(m) if self.critical else {}).items():
+            for (i, j), sign in (((0, h), 1), (other, -1)) if other is not None else ():
+                near[3, i, j] += sign * near[0, 0, h]
+                near[3, j, i] += sign * near[0, 0, h]
+        S = _substituted(self.coordinates, m)
+        forms = [S.T @ form @ S for form in near]
+        if self.critical:
+            L = lifted(self.realised[0], m)
+            whole = math.lcm(*(v.denominator for row in L for v in row))
+            slope = forms[3] @ np.array([[int(v * whole) for v in row] for row in L], dtype=object)
+            forms = [form * whole for form in forms]
+            forms[1] = forms[1] + slope + slope.T
+        return {name: triangle_texts(M.tolist()) for name, M in zip(("P", "lower", "upper"), forms, strict=False)}
+
+    @property
+    def conclusion(self) -> str:
+        """What follows."""
+        return CONCLUSIONS[self.critical]
+
+    def result(self, sector: Sector, largest: Bracket, power: int | None, reason: str) -> CriterionResult:
+        """The answer about a class, PROVED with a power."""
+        holds = power is not None
+        parameters = {"power": str(power), "k": str(Fraction(sector.upper))} if holds else {}
+        return CriterionResult(
+            criterion=NAME,
+            theorem=THEOREM,
+            largest=largest,
+            nonlinearity_class=NonlinearityClass(sector=sector, time_varying=True),
+            verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
+            evidence=Evidence.CERTIFIED,
+            multiplier=f"V of degree {2 * power}" if power is not None else None,
+            parameters=MappingProxyType(parameters),
+            reason=reason,
+            hypotheses=(HYPOTHESES[self.critical], ASSUMED) if holds else (ASSUMED,),
+        )
+
 
 def _short(k: float, width: float) -> float:
     """A number of few digits near ``k``, as far as the width of an interval about it tells."""
     unit = math.ldexp(1.0, math.frexp(width)[1] - 6)
     return round(k / unit) * unit if math.isfinite(width) else k
-
-
-def _result(sector: Sector, largest: Bracket, power: int | None, reason: str) -> CriterionResult:
-    """The answer about a class, PROVED with a power."""
-    holds = power is not None
-    parameters = {"power": str(power), "k": str(Fraction(sector.upper))} if holds else {}
-    return CriterionResult(
-        criterion=NAME,
-        theorem=THEOREM,
-        largest=largest,
-        nonlinearity_class=NonlinearityClass(sector=sector, time_varying=True),
-        verdict=Verdict.PROVED if holds else Verdict.INCONCLUSIVE,
-        evidence=Evidence.CERTIFIED,
-        multiplier=f"V of degree {2 * power}" if power is not None else None,
-        parameters=MappingProxyType(parameters),
-        reason=reason,
-        hypotheses=(HYPOTHESIS, ASSUMED) if holds else (ASSUMED,),
-    )
 
 
 def _weights(m: list[Monomial]) -> Reals:
@@ -266,10 +341,10 @@ def _weights(m: list[Monomial]) -> Reals:
     return np.asarray(np.sqrt(np.array(counts)))
 
 
-def _vanishing(m: list[Monomial]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Pairs of pairs of monomials with one product: the first of a kind with each other one."""
+def _vanishing(m: list[Monomial], start: int = 0) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Pairs of pairs of monomials with one product: the first of a kind, from ``start`` on, with each other one."""
     first, found = dict[Monomial, tuple[int, int]](), []
-    for i, j in product(range(len(m)), repeat=2):
+    for i, j in product(range(start, len(m)), repeat=2):
         if j <= i:
             both = tuple(a + b for a, b in zip(m[i], m[j], strict=True))
             if both in first:
@@ -279,20 +354,15 @@ def _vanishing(m: list[Monomial]) -> list[tuple[tuple[int, int], tuple[int, int]
     return found
 
 
-def _rounded(P: Reals, lines: Reals, T: list[list[int]], power: int, unit: int) -> dict[str, list[list[str]]]:
-    """``P``, ``Z_1`` and ``Z_2`` in integers, in the monomials of ``x`` for ``z = T x``."""
-    m = monomials(len(T), power)
-    weights, near = _weights(m), np.zeros((3, len(m), len(m)), dtype=object)
-    scaled = P * weights[:, None] * weights * unit
-    near[0] = [[round(float(scaled[max(i, j), min(i, j)])) for j in range(len(m))] for i in range(len(m))]
-    for Z, line in zip(near[1:], lines.tolist(), strict=True):
-        for value, pair in zip(line, _vanishing(m), strict=True):
-            for (i, j), sign in zip(pair, (1, -1), strict=True):
-                Z[i, j] += sign * round(value * unit)
-                Z[j, i] += sign * round(value * unit)
-    S = _substituted(T, m)
-    moved = (S.T @ form @ S for form in near)
-    return {name: triangle_texts(form.tolist()) for name, form in zip(("P", "lower", "upper"), moved, strict=True)}
+def _beside_first(m: list[Monomial]) -> dict[int, tuple[int, int] | None]:
+    """Two monomials with the product of the first, ``z_1^p``, and each other one; None if there are none but these."""
+    place, found = {e: i for i, e in enumerate(m)}, dict[int, tuple[int, int] | None]()
+    for i, e in enumerate(m[1:], 1):
+        j = next(j for j in range(1, len(e)) if e[j])
+        step = [int(k == j) - int(k == 0) for k in range(len(e))]
+        pair = [tuple(a + sign * b for a, b in zip(f, step, strict=True)) for f, sign in ((m[0], 1), (e, -1))]
+        found[i] = None if pair[1] == m[0] else (place[pair[0]], place[pair[1]])
+    return found
 
 
 def _substituted(T: list[list[int]], m: list[Monomial]) -> NDArray[np.object_]:
@@ -313,33 +383,44 @@ def _substituted(T: list[list[int]], m: list[Monomial]) -> NDArray[np.object_]:
     return rows
 
 
-def _solved(ends: list[Reals], power: int) -> tuple[float, Reals, Reals]:
+def _solved(ends: list[Reals], power: int, *, critical: bool) -> tuple[float, Reals, list[list[float]]]:
     """``t``, ``P`` and the multiples of the vanishing forms with about the largest ``t`` in ``G_i >= t``.
 
     ``P >= 0`` has the trace of the identity and is one of the monomials times their weights; time is in units in which
-    the loops are of size 1.
+    the loops are of size 1.  In the critical case ``z_1^p`` has no part in the first ``G``.
     """
     m = monomials(len(ends[0]), power)
     size, weights, speed = len(m), _weights(m), max(float(np.linalg.norm(A, 2)) for A in ends)
-    forms, pairs = symmetric_basis(size), _vanishing(m)
-    zero = np.zeros((len(pairs), size, size))
-    for Z, (one, other) in zip(zero, pairs, strict=True):
-        for (i, j), sign in ((one, 1.0), (other, -1.0)):
-            Z[i, j] += sign / (weights[i] * weights[j])
-            Z[j, i] += sign / (weights[i] * weights[j])
-    count, each = len(forms), len(pairs)
-    total, nothing = count + 2 * each + 1, np.zeros((size, size))
+    by, forms = weights[:, None] * weights, symmetric_basis(size)
+    falling, kept = forms.copy(), np.ones(len(forms), dtype=bool)
+    for i, other in (_beside_first(m) if critical else {}).items():
+        k = i * (i + 1) // 2
+        falling[k], kept[k] = 0, other is not None
+        for one in [other, other and other[::-1]] if other else []:
+            falling[k][one] += by[0, i] / by[one]
+    forms, falling = forms[kept], falling[kept]
+    pairs = [_vanishing(m, int(critical)), _vanishing(m)]
+    count, each = len(forms), [len(side) for side in pairs]
+    total, start = count + sum(each) + 1, count
     slopes = np.zeros((3, total, size, size))
     slopes[0, :count], slopes[:, -1] = forms, -np.eye(size)
-    for k, A in enumerate(ends):
+    for A, part, basis, side in zip(ends, slopes[1:], (falling, forms), pairs, strict=True):
         L = np.array(lifted((A / speed).tolist(), m), dtype=float) * weights[:, None] / weights
-        slopes[k + 1, :count] = -(np.swapaxes(L, 0, 1) @ forms + forms @ L)
-        slopes[k + 1, count + k * each : count + (k + 1) * each] = zero
+        part[:count] = -(np.swapaxes(L, 0, 1) @ basis + basis @ L)
+        for Z, both in zip(part[start:], side, strict=False):
+            for one, sign in zip(both, (1.0, -1.0), strict=True):
+                Z[one] += sign / by[one]
+                Z[one[::-1]] += sign / by[one]
+        start += len(side)
     trace = np.zeros(total)
     trace[:count] = np.trace(forms, axis1=1, axis2=2)
     cost = np.zeros(total)
     cost[-1] = 1.0
-    x = proposed(cost, [Block(nothing, part) for part in slopes], np.array([trace, -trace]), np.array([size, -size]))
+    first = int(critical)
+    parts = [slopes[0], slopes[1][:, first:, first:], slopes[2]]
+    blocks = [Block(np.zeros(part.shape[1:]), part) for part in parts]
+    x = proposed(cost, blocks, np.array([trace, -trace]), np.array([size, -size]))
     if x is None:
-        return -math.inf, nothing, nothing
-    return float(x[-1]), np.einsum("i,ipq->pq", x[:count], forms), speed * x[count:-1].reshape(2, each)
+        return -math.inf, slopes[0, -1], []
+    lines = np.split(speed * x[count:-1], [each[0]])
+    return float(x[-1]), np.einsum("i,ipq->pq", x[:count], forms), [line.tolist() for line in lines]

@@ -1,4 +1,4 @@
-"""Periodic solutions in continuous time as files for Coq: true ones compile, falsified ones do not."""
+"""Continuous time as files for Coq, periodic solutions and forms beside a pole at 0: falsified ones do not compile."""
 
 from dataclasses import replace
 
@@ -6,7 +6,9 @@ import pytest
 from replayed import KEPT, changed, compiled, needs_coq, resting_on_axioms
 
 from lure.analysis.certificates.checker import check
+from lure.analysis.certificates.drafts import complete_and_check
 from lure.analysis.export import coq_text, returning
+from lure.analysis.export.quadratic import apart
 from lure.errors import InputError
 
 # s/(s^2 - s/5 + 1) with a saturation: x'' = x'/5 - x - phi(x'), whose limit cycle enters and leaves the line twice
@@ -67,3 +69,56 @@ def test_orbits_compile_and_falsified_ones_do_not(library):
         (f"matrix1 {stay} ", f"matrix1 {int(stay) + (int(stay) >> 9)} "),
     ):
         assert not compiled(library, changed(text, right, wrong))[0], (right, wrong)
+
+
+# 1/(s (s + 1)) in [0, 5/4], V of degree 4: x_1 + x_2 stays where it is with the gain 0.  In states too, and for phi
+# that does not depend on time, for which the limit is an equilibrium
+SETTLING = KEPT["homogeneous-lyapunov, critical"]
+STATES = {"kind": "state-space", "time": "continuous", "A": [["0", "1"], ["0", "-1"]], "b": ["0", "1"], "d": "0"}
+
+
+def settling(form):
+    if form == "polynomials":
+        return SETTLING
+    if form == "matrices":
+        return SETTLING | {"system": STATES | {"c": ["1", "0"]}}
+    return SETTLING | {"laws": SETTLING["laws"] | {"time_varying": False}}
+
+
+def test_a_pole_at_0_beside_a_direct_term_has_no_export():
+    wider = {"system": SETTLING["system"] | {"numerator": ["1/10", "1/10", "1"]}}
+    wider |= {"laws": SETTLING["laws"] | {"sector": ["0", "10/9"]}}  # 10/9 of H + 1/10 is 1 of H
+    with pytest.raises(InputError, match="its pole at 0 is beside a direct term"):
+        coq_text(complete_and_check(SETTLING | wider))
+
+
+def test_a_form_in_which_the_first_variable_stands_is_not_apart_from_it():
+    assert apart([(1, [0, 1], [0, 1])], 2)
+    assert not apart([(1, [0, 1], [0, 1]), (1, [1, 0], [1, 0])], 2)
+    assert not apart([(1, [0, 1], [0, 1]), (1, [1, 0], [0, 1])], 2)
+    assert not apart([(-1, [0, 1], [0, 1])], 2)
+
+
+@needs_coq
+@pytest.mark.slow_for("matrices", "invariant")
+@pytest.mark.parametrize(
+    ("form", "place", "end"),
+    [
+        ("polynomials", "1 * xi 1%nat t", "tends_to (xi 1%nat) 0 /\\\n  exists c, tends_to (xi 0%nat) c."),
+        ("matrices", "(-1) * x 1%nat t", "exists c, tends_to (x 0%nat) (1 * c) /\\ tends_to (x 1%nat) (0 * c)."),
+        ("invariant", "1 * xi 1%nat t", "((forall y, continuity_pt phi y) -> 0 * c = - phi (1 * c))."),
+    ],
+)
+def test_forms_beside_a_pole_at_0_compile_and_falsified_ones_do_not(form, place, end, library):
+    text = coq_text(complete_and_check(settling(form)))
+    assert end in text
+    ok, said = compiled(library, text)
+    assert ok, said
+    assert resting_on_axioms(said)
+    for right, wrong in (
+        ("in_sector 0 (5 / 4)", "in_sector 0 4"),
+        (f" {place}", f" (-2) * {place.partition('* ')[2]}"),
+        ("Definition P : list (list Z) := [[", "Definition P : list (list Z) := [[1"),
+        ("powers_fall 1", "powers_fall 0"),
+    ):
+        assert not compiled(library, changed(text, right, wrong))[0], right

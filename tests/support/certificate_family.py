@@ -104,6 +104,13 @@ QUARTIC = {  # in x1^2, x1 x2, x2^2
     "lower": [["0"], ["0", "16"], ["-8", "0", "0"]],
     "upper": [["0"], ["0", "30"], ["-15", "0", "0"]],
 }
+SETTLING = {  # in the same, of 1/(s^2 + s): 2 (z^4 + 2 z^2 w^2 - z w^3 + w^4), z = x1 + x2, w = x2
+    "method": "powers",
+    "power": 2,
+    "P": [["2"], ["4", "12"], ["2", "7", "6"]],
+    "lower": [["0"], ["0", "0"], ["0", "0", "0"]],
+    "upper": [["0"], ["0", "0"], ["0", "0", "0"]],
+}
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
@@ -199,6 +206,9 @@ DRAFTS = {
     "jury-lee": lambda: draft(DISCRETE, nonlinearities(0, "4/5", slope=["-inf", "4/5"]), "jury-lee", {"q": "1/4"}),
     "homogeneous-lyapunov": lambda: draft(
         OSCILLATOR, nonlinearities(0, "7/2", time_varying=True), "homogeneous-lyapunov", {}, QUARTIC
+    ),
+    "homogeneous-lyapunov, critical": lambda: draft(
+        transfer("1", "1 1 0"), nonlinearities(0, "5/4", time_varying=True), "homogeneous-lyapunov", {}, SETTLING
     ),
     "hurwitz": lambda: draft(LAG, nonlinearities(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {

@@ -7,11 +7,11 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
-from certificate_family import OSCILLATOR, QUARTIC, accepted, certificate, draft, nonlinearities
+from certificate_family import OSCILLATOR, QUARTIC, accepted, certificate, changed, draft, nonlinearities
 from depth import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tampering import refused_again
+from tampering import assert_both_reject, refused_again
 
 from lure import RationalPlant, Sector
 from lure.analysis import max_sector
@@ -159,6 +159,71 @@ def test_a_forged_certificate_is_refused_by_both_checkers(name):
     assert refused_again(json.dumps(whole))
 
 
+# 1/(s^2 + s): V' = 0 with the gain 0 on the line of rest, so that solutions are bounded, and no more for phi(t, sigma)
+CRITICAL = "homogeneous-lyapunov, critical"
+
+
+@pytest.mark.parametrize(("varying", "words"), [(True, "is bounded"), (False, "converges to the set of equilibria")])
+def test_with_a_pole_at_0_a_form_that_does_not_grow_bounds_the_solutions(varying, words):
+    found = accepted(changed(CRITICAL, {"laws.time_varying": varying}))
+    assert f"every motion {words}" == found.certificate["conclusion"]
+    assert recheck(found.certificate).accepted
+
+
+# P = 2 V of the family: V = z^4 + 2 z^2 w^2 - z w^3 + w^4 as (1 2 1; 2 6 7/2; 1 7/2 3)
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"proof.P": [["2"], ["3", "12"], ["2", "7", "6"]]},  # V' of order |x_1|^3 x_2 on both sides of the line
+        {"proof.P": [["2"], ["4", "13"], ["2", "7", "6"]]},
+        {"proof.lower": [["1"], ["0", "0"], ["0", "0", "0"]]},
+        {"proof.lower": [["0"], ["0", "20"], ["-10", "0", "0"]]},  # z^4 in G: no square of it is left out
+        {"laws.sector": ["0", "2"]},
+        {"laws.sector": ["-1/100", "5/4"]},  # a pole to the right of 0
+        {"system.denominator": ["1", "1", "0", "0"]},
+        {"system.denominator": ["1", "-1", "0"]},
+        {"rate": "1/10"},
+    ],
+)
+def test_with_a_pole_at_0_neither_checker_accepts_a_form_that_grows(changes):
+    assert_both_reject({**certificate(CRITICAL), **changed(CRITICAL, changes)})
+
+
+# x1'' + x1' + g x1 = 0, g in [0, k]: the worst gain is k until x1 = 0, then 0 for ever, up to |x1| = |x1'|.  From rest
+# at 1 the speed there is k^(1/2) exp(-t/2), tan(omega t) = -2 omega, omega^2 = k - 1/4: it is 1 for k = 3.04480
+def test_two_states_with_a_pole_at_0_are_proved_close_to_the_worst_gain():
+    found = max_sector(RationalPlant([1], [1, 1, 0]), time_varying=True)
+    assert 2.7 < found.largest.low < 3.0447
+    assert found.proof.certificate["conclusion"] == "every motion is bounded"
+    assert recheck(found.proof.certificate).accepted
+    proof, x, step, seen = found.proof.certificate["proof"], np.array([1.0, -0.5]), 1e-3, list[float]()
+    for gain in np.random.default_rng(8).choice([0.0, found.largest.low], 200):
+        seen.append(float(value(proof, x)))
+        for _ in range(50):
+            half = x + step / 2 * np.array([x[1], -gain * x[0] - x[1]])
+            x = x + step * np.array([half[1], -gain * half[0] - half[1]])
+    assert all(v <= u * (1 + 1e-12) for u, v in itertools.pairwise(seen))
+
+
+# 1/(s (s + a)) is that of a = 1 in other units of time, gains times a^2; third, a pole at 0 with the gain 2 alone
+@pytest.mark.parametrize(
+    ("plant", "sector"),
+    [
+        (RationalPlant([1], [1, F(1, 1000), 0]), Sector(0, 2e-6)),
+        (RationalPlant([1], [F(1, 7), F(22, 3), 0]), Sector(0, 500)),
+        (RationalPlant([1], [1, 1, -2]), Sector(2, 4)),
+        (RationalPlant([1], [1, 2, 1, 0]), Sector(0, F(4, 5))),  # the circle criterion ends at 1/2
+        (RationalPlant([1], [1, 3, F(26, 7), F(3, 2), 0]), Sector(0, F(11, 20))),
+    ],
+)
+def test_a_pole_at_0_in_other_units_shifted_and_of_higher_order_is_covered(plant, sector):
+    answer = homogeneous_criterion(plant, sector)
+    shown = certified(plant, answer).proved
+    assert shown.certificate["conclusion"] == "every motion is bounded"
+    assert recheck(shown.certificate).accepted
+    assert "boundedness only" in answer.reason
+
+
 # -- the criterion ----------------------------------------------------------------------------------------------------
 
 
@@ -245,7 +310,7 @@ def test_a_direct_term_and_a_shift_move_the_class():
 @pytest.mark.parametrize(
     ("plant", "sector", "words"),
     [
-        (RationalPlant([1], [1, 1, 0]), Sector(0, 1), "does not cover a pole at 0"),
+        (RationalPlant([1], [1, 1, 0, 0]), Sector(0, 1), "has multiplicity 2"),
         (RationalPlant([1], [1, 1]), Sector(0, 1), "of order 2 to 5"),
         (RationalPlant([1], [1, 6, 15, 20, 15, 6, 1]), Sector(0, 1), "of order 2 to 5"),
         (RationalPlant([1, 0], [1, 1, 1]), Sector(0, 1), "the circle criterion proves every finite k"),

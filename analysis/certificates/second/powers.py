@@ -13,15 +13,18 @@ from lure.analysis.certificates.second.classes import Claim
 from lure.analysis.certificates.second.matrix import BITS, positive_definite, triangle
 from lure.analysis.certificates.second.numerics import to_fmpq, working_precision
 from lure.analysis.certificates.second.reading import NotShown, count, record, require, tick
-from lure.analysis.certificates.second.systems import Rational, Row
+from lure.analysis.certificates.second.systems import Case, Rational, Row
 
 LARGEST_GRAM = 100
 Powers = tuple[int, ...]
 Polynomial = dict[Powers, fmpq]
 
 
-def require_powers(system: Rational, claim: Claim, proof: object) -> None:
+def require_powers(system: Rational, claim: Claim, proof: object) -> Case:
     """Check that one form of even degree is positive and falls along the loops with both ends of the sector as gains.
+
+    Whether they are stable, or critical: with the lower gain the first state may have no influence, and the form does
+    not grow, and falls where another state is not 0.
 
     Parameters
     ----------
@@ -49,13 +52,18 @@ def require_powers(system: Rational, claim: Claim, proof: object) -> None:
     P = _symmetric(found["P"], size)
     _require_definite(P, "P")
     V = _polynomial(P, basis)
+    case: Case = "stable"
     for name, gain in (("lower", claim.lower), ("upper", claim.lower + claim.width)):
         A = system.states.closed(gain)
         rate = fmpq_mat([[_along({e: fmpq(1)}, A).get(f, fmpq(0)) for f in basis] for e in basis])
         G = _symmetric(found[name], size) - rate.transpose() * P - P * rate
         falls = {e: -v for e, v in _along(V, A).items()}
         require(_polynomial(G, basis) == falls, f"the Gram matrix of the {name} end is not one of -V'")
+        if name == "lower" and all(row[0] == 0 for row in A):
+            require(all(G[i, 0] == 0 for i in range(size)), "the form moves with the first state alone")
+            G, case = fmpq_mat([[G[i, j] for j in range(1, size)] for i in range(1, size)]), "critical"
         _require_definite(G, f"the Gram matrix of the {name} end")
+    return case
 
 
 def _basis(n: int, half: int) -> list[Powers]:

@@ -190,8 +190,7 @@ def proved(document: Document, system: Rational | Delayed, nonlinearities: Nonli
         record(document.multiplier)
         if not isinstance(asked.system, Rational):
             raise NotShown("Lyapunov functions of higher degree are for rational blocks")
-        require_powers(asked.system, asked.claim, document.proof)
-        return sentence(asked, "stable")
+        return sentence(asked, require_powers(asked.system, asked.claim, document.proof))
     if document.proof.get("method") == "matrix":
         return sentence(asked, _by_matrix(asked))
     block = shifted(system, asked.claim.lower)
