@@ -262,5 +262,5 @@ def starts_outside(one: OutsideSet, x: np.ndarray) -> np.ndarray:
     if one.Q is not None:
         values = np.einsum("ki,ij,kj->k", x, np.array(one.Q, dtype=float), x)
         return np.asarray(x[values > 0] * np.sqrt(1.001 / values[values > 0])[:, None])
-    edge = np.array(one.points, dtype=float)
-    return np.asarray(1.01 * edge[1::2])
+    ends = [row[-2:] for row in one.points]  # of arcs; before each its control point
+    return np.asarray(1.01 * np.array(ends, dtype=float))

@@ -581,7 +581,7 @@ def test_polynomials_are_those_of_their_matrices_along_a_flow():
         ({"power": 101}, {}, False),
         ({"method": "matrix"}, {}, False),
         ({}, {"upper": "finite"}, False),
-        ({}, {"lower": F(-1)}, False),
+        ({}, {"lower": F(-2)}, False),
         ({"P": [["1"], ["0", "1"]]}, {}, False),
     ],
 )
@@ -593,3 +593,10 @@ def test_a_form_of_degree_four_falls_at_both_ends(change, gain, holds):
         powers.require_powers(rational([[-1]], [1], [1]), claim, proof | change)
     with pytest.raises(NotShown):
         powers.require_powers(rational([[1]], [1], [1]), claim, proof | change)
+
+
+def test_a_form_beside_a_pole_at_0_bounds_what_a_stable_one_attracts():
+    claim, proof = Claim.of(replace(PLAIN, slope=None)), {"method": "powers", "power": 2, "P": [["1"]]}
+    proof |= {"lower": [["0"]], "upper": [["0"]]}
+    assert powers.require_powers(rational([[-1]], [1], [1]), claim, proof) == "stable"
+    assert powers.require_powers(rational([[0]], [1], [1]), claim, proof) == "critical"  # x' = -g x
