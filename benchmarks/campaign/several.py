@@ -226,15 +226,20 @@ def hysteresis(case: Channels, kinds: list[str], conclusion: str, rng: np.random
     width = 10 ** rng.uniform(-1, 1, (LANES, m))
     fast = np.linalg.norm(A, 2) + tops.max() * np.linalg.norm(B, 2) * np.linalg.norm(C, 2)
     h = 0.2 / fast
-    whole = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * h)
-    ahead, push = (A, B) if case.discrete else (whole[:n, :n], whole[:n, n:])
+    flow = np.block([[A, B], [np.zeros((m, n + m))]])
+    whole, half = (flow,) * 2 if case.discrete else (expm(flow * h), expm(flow * h / 2))
+
+    def held(x: Reals, p: Reals) -> tuple[Reals, Reals]:
+        sigma = x @ C.T
+        p = np.clip(p, sigma - width, sigma + width)
+        return -slopes * np.where(play, p, sigma - p), p
 
     def step(state: Reals, _t: int) -> Reals:
         x, p = state[:, :n], state[:, n:]
-        sigma = x @ C.T
-        p = np.clip(p, sigma - width, sigma + width)
-        mu = -slopes * np.where(play, p, sigma - p)
-        return np.hstack([x @ ahead.T + mu @ push.T, p])
+        mu, p = held(x, p)
+        if not case.discrete:  # what is held is that of the middle: else it comes half a step late
+            mu, _ = held(np.hstack([x, mu]) @ half[:n].T, p)
+        return np.hstack([np.hstack([x, mu]) @ whole[:n].T, p])
 
     x = rng.normal(size=(LANES, n)) * np.geomspace(0.1, 1e3, LANES)[:, None]
     return lasting(
