@@ -319,7 +319,7 @@ ax.legend(loc="upper left", ncols=3, **LEGEND)
 plt.show()
 
 # %% [markdown]
-# Between 3 and 5.7102 nothing was shown of nonlinearities that depend on time; that does not touch Popov's result.
+# Between 5.63 and 5.7102 nothing was shown of nonlinearities that depend on time; that does not touch Popov's result.
 #
 # **Moral: gain scheduling, wear and temperature make a nonlinearity time-varying. Popov's criterion and Zames and
 # Falb's do not cover that.**
