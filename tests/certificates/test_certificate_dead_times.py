@@ -546,6 +546,20 @@ def test_far_out_the_size_of_what_is_fed_through_late_is_that_of_its_parts(upper
         assert_both_reject(found)
 
 
+# s H goes to w + w^2/2, w = exp(-i omega): its real part is least, -3/4, where cos omega = -1/2; with phases apart -3/2
+@pytest.mark.parametrize(("theta", "holds"), [("9/10", True), ("135/100", False)])
+def test_dead_times_that_are_multiples_of_one_have_one_phase_far_out(theta, holds):
+    plant = late([["-1"]], ONE, NO, NO, ("1", ONE), ("2", [["1/2"]]))
+    ends = [str(Fraction(end, 4)) for end in range(1, 513)]
+    multiplier = {"lambda": ["1"], "theta": [theta], "pieces": [[None]] * 513}
+    proof = {"method": "pieces", "ends": ends}
+    found = draft(plant, [sector("0", "1/50", time_varying=False)], "piecewise-popov", proof, multiplier)
+    if holds:
+        assert recheck(complete_and_check(found).certificate).accepted
+    else:
+        assert_both_reject(found)
+
+
 @pytest.mark.slow
 def test_many_dead_times_are_not_multiplied_out_far_out(monkeypatch):
     # diag(1/(s + 1 + exp(-s)/4 + exp(-s/3)/5), 1/(s + 1 - exp(-2 s)/4 + exp(-s/5)/6)): Re 1/H >= .55, so that Re H > 0

@@ -86,6 +86,7 @@ class LateLoop:
     late: tuple[tuple[Fraction, fmpq_mat, fmpq_mat], ...]
     rates: tuple[tuple[fmpq_mat, fmpq_mat], ...]
     pace: Fraction | None
+    together: bool = False  # whether far out all phases are those of one turn
 
     @classmethod
     def of(cls, asked: Asked, gains: Sequence[Fraction]) -> LateLoop:
@@ -170,8 +171,9 @@ class LateLoop:
 
     @property
     def turning(self) -> list[int]:
-        """The dead times with which ``x'`` arrives."""
-        return [k for k, pair in enumerate(self.rates) if any(v != 0 for side in pair for v in side.entries())]
+        """The dead times with which ``x'`` arrives, or all."""
+        arrives = [any(v != 0 for side in pair for v in side.entries()) for pair in self.rates]
+        return [k for k, one in enumerate(arrives) if one or self.together]
 
     @property
     def steps(self) -> list[int]:

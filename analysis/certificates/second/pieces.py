@@ -37,8 +37,7 @@ from lure.analysis.certificates.second.reading import Document, NotShown, listed
 from lure.analysis.certificates.second.zero import require_one_solution, shifted_by
 
 _BITS, _MOST, _NARROWEST, _DOUBLINGS, _PHASES, _HALVINGS, _CUTS, _SMALL = 192, 20_000, 2**70, 6, 500, 40, 16, 2**20
-_TURNS = 16  # times as many where phases go together
-_SHARE = 8  # of an arc, as wide as all frequencies beyond the last
+_TURNS, _SHARE = 16, 8  # times as many where phases go together; of an arc, as wide as all frequencies beyond the last
 _TURN, _HALF = Fraction(6283185, 10**6), Fraction(3141593, 10**6)  # below 2 pi, above pi
 
 
@@ -136,7 +135,10 @@ def require_pieces(document: Document, asked: Asked) -> bool:
             _require_piece(partial(_series, near, known, row), a, b)
         if not asked.discrete:
             outer, end = balls(near=False), ends[-1]
-            while asked.late and not _at_any_phase(outer, known, rows[-1], 1 / end):
+            ways = [outer]
+            if len(asked.late) > 1 and any(one.theta for one in known):  # else phases far out hardly matter
+                ways.append(replace(outer, plant=replace(LateLoop.of(asked, [Fraction(0)] * m), together=True)))
+            while asked.late and not any(_at_any_phase(way, known, rows[-1], 1 / end) for way in ways):
                 require(end < ends[-1] * 2**_DOUBLINGS, "F > 0 is not shown far out")
                 _require_piece(partial(_series, near, known, rows[-1]), end, 2 * end)
                 end *= 2
