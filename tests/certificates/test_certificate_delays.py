@@ -256,6 +256,17 @@ def test_slow_delays_have_their_gain_and_no_smaller_one():
     assert 1 < largest < 1.001 / (1 - d)
 
 
+def test_beside_pieces_the_loop_at_the_lower_bounds_is_stable_in_samples_too():
+    # 1/(z - a): |H| <= 2 for a = 1/2, and 1 for a = 2, so that F > 0 for both in [0, 1/10]
+    known = {"sector": ["0", "1/10"], "slope": None, "odd": False, "time_varying": True, "linear": False}
+    proof, multiplier = {"method": "pieces", "ends": ["16/5"]}, {"lambda": ["1"], "pieces": [[None]]}
+    stable = draft(known, "piecewise-circle", proof, multiplier)
+    stable["system"] = stable["system"] | {"time": "discrete", "A": [["1/2"]]}
+    found = complete_and_check(stable).certificate
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "system", "A", value=[["2"]]))
+
+
 def test_a_varying_delay_of_the_same_bound_contains_a_constant_one():
     assert contains(delay(1, "varying delay"), delay(1))
     assert not contains(delay(1), delay(1, "varying delay"))

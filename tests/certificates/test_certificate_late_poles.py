@@ -103,3 +103,20 @@ def test_neither_checker_accepts_what_is_tampered_with(change):
     name, *path, value = change
     found = edited(certificate(name), *path, value=value)
     assert_both_reject(edited(found, "multiplier", "theta", value=["0", "0"]) if value is DELAY else found)
+
+
+def test_beside_a_pole_at_0_linear_gains_are_refused():
+    plain = complete_and_check(edited(BOTH, "multiplier", "theta", value=["0", "0"])).certificate
+    linear = edited(plain, "laws", "channels", 1, value=fixed("-1/2", "1/2", linear=True))  # F > 0 all the same
+    linear["multiplier"] |= {"lambda": ["1", "0"], "pieces": [[None, ["1", "0"]]] * (len(ENDS) + 1)}
+    assert_both_reject(linear)
+
+
+def test_what_depends_on_time_acts_on_no_output_that_shows_a_pole_at_0():
+    # TIED, whose outputs both show the pole, beside exp(-s/4)/(s + 1); D_23 = 1/1000 leaves F > 0
+    rows = [["1", "1", "0"], ["0", "0", "1"]], [["0", "0"]] * 3, [["0"] * 3] * 3
+    plant = late([["0", "0"], ["0", "-1"]], *rows, ("1/4", [["1", "0"], ["2", "0"], ["0", "1"]]))
+    three = proved(plant, [*[fixed("0", "1")] * 2, sector("0", "1/2")], ["2", "1", "1"], ["0"] * 3)
+    found = complete_and_check(three).certificate
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "system", "D", 1, value=["0", "0", "1/1000"]))

@@ -188,6 +188,7 @@ def test_the_sign_of_a_determinant_is_that_of_every_matrix_of_the_ball():
     assert sign_of_determinant(Ball([[one, one], [one, one + 1000]], 100, 64)) == 1
     assert sign_of_determinant(Ball([[one, one], [one, one + 1000]], 600, 64)) == 0  # 1 and 1 - 600, 1 + 400
     assert sign_of_determinant(Ball([[0, 0], [0, one]], 1, 64)) == 0
+    assert sign_of_determinant(Ball([[-2, 24], [7, 7]], 6, 4)) == 0  # -182, and (4, 24; 1, 7) has 4
 
 
 def test_both_checkers_agree_on_random_patterns_around_their_multipliers():

@@ -343,6 +343,11 @@ def test_states_that_come_back_late_may_be_channels_with_the_gain_1():
     assert inner == [1]  # of the second state alone
     found = LateLoop.of(wider, [*GAINS, F(1)])
     assert numbers_of(found.at(arb(0.6)))[:2, :2] == pytest.approx(closed_response(0.6j))
+    D, E, zero = [[F(1, 9), F(0)], [F(0), F(-1, 8)]], [[F(0), F(0)], [F(1, 6), F(0)]], [[F(0)] * 2] * 2
+    wider, inner = opened(replace(late_plant(), rates=((flint(D), flint(E)), (flint(zero), flint(zero)))))
+    found, moved = LateLoop.of(wider, [*GAINS, *inner]), [np.array(side, dtype=float) for side in (D, E)]
+    wanted = closed_response(0.6j, [(0.6j * np.exp(-0.6j * float(LATE[0][0])), *moved)])
+    assert numbers_of(found.at(arb(0.6)))[:2, :2] == pytest.approx(wanted)
 
 
 # s + K e^-s has 2 roots to the right for K between pi/2 and 5 pi/2, 2 more with every 2 pi; of s - 1 + K e^-s/10 the

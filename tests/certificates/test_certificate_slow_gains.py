@@ -2,6 +2,7 @@
 
 import json
 import math
+import random
 from fractions import Fraction as F
 from itertools import pairwise, product
 
@@ -250,6 +251,13 @@ def test_the_solution_of_a_ramp_is_enclosed():
         term *= -8 / (k * (k - 1))
     assert abs(found.rows[0][0] / 2**128 - total) < 1e-14
     assert 0 < found.error < 2**40
+    rng = random.Random(2)
+    for n in (1, 1, 1, 1, 6):  # with few bits roundings count
+        first, last = ([[F(rng.randint(-9, 9), 11 * n) for _ in range(n)] for _ in range(n)] for _ in range(2))
+        rough, fine = (ramp(first, last, F(9, 4), bits) for bits in (14, 200))
+        both = zip(rough.rows, fine.rows, strict=True)
+        apart = [sum(abs(F(x) - F(y, 2**186)) for x, y in zip(*rows, strict=True)) for rows in both]
+        assert max(apart) <= rough.error
 
 
 class Margins(ChannelSearch):

@@ -1,4 +1,6 @@
-"""Drafts of certificates by hand about plants with known dead times: the parts of a file."""
+"""Drafts of certificates by hand about plants with known dead times: the parts of a file, and the value of a form."""
+
+import cmath
 
 
 def sector(low, high, **more):
@@ -20,3 +22,8 @@ def late(A, B, C, D, *parts):
 ONE, NO = [["1"]], [["0"]]
 LAG = late([["-1"]], ONE, NO, NO, ("1", ONE))  # exp(-s)/(s + 1)
 INTEGRATOR = late([["0"]], ONE, NO, NO, ("1", ONE))  # exp(-s)/s
+
+
+def value(form, omega):
+    """Of a sum of ``(u + i v) omega^n exp(-i omega tau)``."""
+    return sum((u + 1j * v) * omega**n * cmath.exp(-1j * omega * float(tau)) for (tau, n), (u, v) in form.items())

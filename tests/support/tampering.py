@@ -37,6 +37,7 @@ def assert_both_reject(certificate, *, stored=False):
     compares.  The second does not even with the sentence and the polynomial that follow, which after a change may be
     others.  With ``stored`` the change is in these findings, so that a draft would be right.
     """
+    assert "format" in certificate, "what is no certificate yet is refused for the keys that it lacks"
     text = json.dumps(certificate)
     with pytest.raises((Rejected, Malformed)):
         check(text, draft=not stored)
