@@ -6,10 +6,12 @@ import math
 import random
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from depth import sampled
 from hypothesis import given
 from hypothesis import strategies as st
+from late_loops import value
 from sharpness import CLOSE, assert_sharp
 
 from lure.analysis.certificates.arithmetic import Form, Rejected, S, real
@@ -17,7 +19,7 @@ from lure.analysis.certificates.balls import WORD, Lift, Model, above, box, tail
 from lure.analysis.certificates.checker import Proved, check
 from lure.analysis.certificates.covers import ORDER, CoverTests, Uncovered, cover, quick_reach
 from lure.analysis.certificates.drafts import completed
-from lure.analysis.certificates.pieces import Axis, Member, on_piece
+from lure.analysis.certificates.pieces import Axis, Member, minors, on_piece
 from lure.analysis.certificates.proposals import certified
 from lure.analysis.rod.certificates import circle_bound, popov_theta
 from lure.analysis.rod.theory import RodTheory
@@ -42,9 +44,6 @@ def test_what_stands_for_a_function_on_an_interval_is_off_by_no_more_than_it_say
                 for k in range(-2, 3)
             }
         )
-
-    def value(F, w):
-        return sum(complex(*z) * w**n * cmath.exp(-1j * float(tau) * w) for (tau, n), z in F.items())
 
     for _ in range(sampled(8, of=400)):
         F, G, start, halvings = drawn(9), drawn(4), Fraction(rng.randint(0, 50), 8), rng.randint(-5, 20)
@@ -125,6 +124,65 @@ def test_far_out_the_quotient_of_what_comes_late_is_in_a_disc(kind, piece, theta
         assert not shown(most * Fraction(999, 1000), start=Fraction(1))
     assert not shown(max(most, 1) * Fraction(1001, 1000)) or most == 10  # there theta decides
     assert not shown(Fraction(1, 100), d=d + Form({(Fraction(3), 0): (Fraction(9, 10), Fraction(0))}) * S)
+
+
+@pytest.mark.parametrize("beta", [-33, -31])
+def test_far_out_all_bernstein_coefficients_count(beta):
+    # 1 + beta u + 2.5 u^2, u in [0, 1] being 1/omega: .2 or .4 at 1, and below 0 at -beta/5
+    F = Form({(Fraction(0), n): (Fraction(c, 10), Fraction(0)) for n, c in ((2, 10), (1, beta), (0, 25))})
+    F[Fraction(1), 2] = (Fraction(1, 10**6), Fraction(0))
+    assert not turning(F, Fraction(1), 2)
+    F[Fraction(0), 1] = (Fraction(-19, 10), Fraction(0))  # of which the second one is 1 - 19/20
+    assert turning(F, Fraction(1), 2)
+
+
+# 1 + Re H > 0, H = c s exp(-s)/(s + 1), with exp(1/2) c at the rate 1/2; 1 > h^2 |s H|^2, H = exp(-s)/2/(s + 1)
+@pytest.mark.parametrize(
+    ("kind", "size", "bound", "pace", "holds"),
+    [
+        ("", "60/100", "0", "1/2", True),
+        ("", "62/100", "0", "1/2", False),  # exp(-1/2) = .6065
+        ("slow", "1/2", "14/10", None, True),  # 1 - h^2/4 far out
+        ("slow", "1/2", "25/10", None, False),
+    ],
+)
+def test_far_out_what_is_late_has_its_size(kind, size, bound, pace, holds):
+    member = Member(kind, Fraction(1), Fraction(not kind), Fraction(0), Fraction(bound))
+    d, N = real(1) + S, Form({(Fraction(1), 0): (Fraction(size), Fraction(0))}) * (real(1) if kind else S)
+    axis = Axis(d, [[N]], d, [[N]], [], 1, [member], True, pace and Fraction(pace)).over(lambda form: form)
+    piece = [(Fraction(0), Fraction(bool(kind)))]
+    assert (on_piece(axis, piece, Fraction(1000), None) == "") is holds
+
+
+def test_the_form_of_all_kinds_of_channels_is_that_of_complex_numbers():
+    rng, omega, s = random.Random(5), 1.25, 1.25j
+    d, e = real(3) + S + S * S, np.eye(4)
+    N = [
+        [Form({(Fraction(t, 3), t): (Fraction(rng.randint(-9, 9), 7), Fraction(0)) for t in (0, 1)}) for _ in e]
+        for _ in e
+    ]
+    kinds = [
+        Member("", Fraction(3), Fraction(2, 3), Fraction(1, 4), Fraction(0), Fraction(-1, 5)),
+        Member("scaled", Fraction(2), Fraction(0), Fraction(0), Fraction(0), Fraction(-1, 3)),
+        Member("delay", Fraction(1), Fraction(0), Fraction(0), Fraction(5, 2)),
+        Member("slow", Fraction(1, 2), Fraction(0), Fraction(0), Fraction(1, 3)),
+    ]
+    piece = [(0, 0), (Fraction(1, 2), -2), (Fraction(-1, 4), Fraction(2, 3)), (Fraction(3, 4), Fraction(1, 5))]
+    axis = Axis(d, N, d, N, [], 2, kinds, True, None).over(lambda form: form)
+    found = minors(axis, [tuple(map(Fraction, pair)) for pair in piece])
+    H, below = np.array([[value(f, omega) for f in row] for row in N]) / value(d, omega), abs(value(d, omega)) ** 2
+    Y = [
+        2 / 3 * (e[0] + 2.6 * H[0]) + s / 4 * H[0],
+        (0.5 - 2j) * (e[1] + 2 * H[1]) - 0.5 * 2 / 3 * H[1],
+        (2 / 3 * cmath.exp(-1j * omega * 1.25) + 0.25) * H[2] - e[2] / 8,
+        -0.75 * H[3] + (0.75 + 0.2) / 2 * e[3],
+    ]
+    whole = np.array(Y) + np.array(Y).conj().T
+    squares = [-2 * 2 / 3 * 0.2 * 2.8, -2 * 0.5 / 3 * (2 - 1 / 3), 0, -0.75 / 2 - 0.2 * omega**2 / 9]
+    whole = whole + sum(v * np.outer(h.conj(), h) for v, h in zip(squares, H, strict=True))
+    for k, minor in enumerate(found, 1):
+        wanted = np.linalg.det(whole[:k, :k]) * below**k
+        assert value(minor, omega) == pytest.approx(wanted)
 
 
 # exp(-s T)/(s + 1): the circle criterion reaches -1/inf Re H.

@@ -122,6 +122,8 @@ def test_both_checkers_accept(name):
         ("around", *CLASS, slope("-11/10", "1/2")),  # the gain -1 puts a root at 0
         ("around", *CLASS, slope("-1/2", "23/10")),  # and 2.2618 one on the axis
         ("around", "system", "A", NO),
+        ("around", "multiplier", "kernels", [kernel("1/10", "2"), kernel("-1/10", "3")]),  # and not odd
+        ("around", "multiplier", "kernels", [kernel("-1/10", "2"), kernel("1/10", "3")]),
         ("around", *KERNEL, {"coefficient": "1/10", "delay": "1/10"}),  # a shift, of which F > 0 is not looked at
     ],
     ids=lambda change: "-".join(map(str, change[:-1])),
@@ -222,10 +224,14 @@ def test_far_out_the_form_with_kernels_is_sharp(low, shift, turn):
             assert pieces._above(here, known, [None], arb(fmpq(4, 3))) is holds
 
 
-# H = s exp(-s)/(s + 1) at any phase, M = 1 - .9 (10/(10 + s)), [0, .9]: Re M > .9 |M H| from 17.8719 on
-@pytest.mark.parametrize(("start", "holds"), [("176/10", False), ("181/10", True)])
-def test_far_out_kernels_count_with_their_phase_and_what_is_late_with_any(start, holds):
-    class_, given = (Fraction(9, 10), Fraction(1), Fraction(0)), [kernel("9/10", "10")]
+# H = s exp(-s)/(s + 1) at any phase, M = 1 - .9 (10/(10 + s)), [0, w]: Re M > w |M H| from 17.8719 on for w = .9, and
+# from 10.9501 on for .8
+@pytest.mark.parametrize(
+    ("width", "start", "holds"),
+    [("9/10", "176/10", False), ("9/10", "181/10", True), ("8/10", "108/10", False), ("8/10", "111/10", True)],
+)
+def test_far_out_kernels_count_with_their_phase_and_what_is_late_with_any(width, start, holds):
+    class_, given = (Fraction(width), Fraction(1), Fraction(0)), [kernel("9/10", "10")]
     member, d, start = with_kernels(Member("", *class_, Fraction(0)), given, odd=False), real(1) + S, Fraction(start)
     N = Form({(Fraction(1), 1): (Fraction(0), Fraction(1))})
     axis = Axis(d, [[N]], d, [[N]], [], 1, [member], True, None).over(lambda form: form)

@@ -235,6 +235,22 @@ def test_far_out_a_form_is_positive_whatever_the_phases(kind, end):
             assert pieces._at_any_phase(loop, known, row, most) is holds
 
 
+def test_far_out_what_comes_back_twice_as_late_turns_twice_as_far():
+    # 1 + Re H > 0 for H = u/(i q), q = 1 - z/3 + z^2/3, whatever z is: for u < 1/max Im -1/q
+    angles = np.exp(1j * np.linspace(0, 2 * np.pi, 10_001))
+    end = 1 / np.max(-(1 / (1 - angles / 3 + angles**2 / 3)).imag)
+    zero, E = fmpq_mat([[0]]), fmpq_mat([[fmpq(1, 3)]])
+    late, rates = ((F(1, 2), zero), (F(1), zero)), ((zero, E), (zero, -E))
+    plant = LateLoop.of(replace(asked([[0]], [[1]], [[1]], [[0]]), late=late, inner=(zero, zero), rates=rates), [F(0)])
+    assert plant.steps == [1, 2]
+    assert replace(plant, late=((F(1, 2), zero, zero), (F(3, 4), zero, zero))).steps == [2, 3]
+    loop = pieces._Loop([acb(1)], [[[acb(0)]]], [[[acb(0)]]], discrete=False, far=True, plant=plant)
+    with working_precision(64):
+        for share, holds in ((0.95, True), (1.05, False)):
+            most = F(end * share).limit_denominator(10**6)
+            assert pieces._at_any_phase(loop, [pieces._Channel("", F(1), F(1), F(0))], [None], most) is holds
+
+
 # Rates
 
 FLOW, SAMPLES = {"kind": "state-space", "time": "continuous"}, {"kind": "transfer", "time": "discrete"}
@@ -436,6 +452,9 @@ def test_far_out_a_square_counts_where_both_bounds_are_above_0(h, holds):
         assert pieces._above([(acb_mat([[acb(h)]]), acb_mat(1, 1))], known, [None], arb(0)) is holds
         late = [(acb_mat([[acb(h + 1)]]), acb_mat(1, 1)), (acb_mat([[acb(1)]]), acb_mat(1, 1))]  # with any phase
         assert pieces._above(late, known, [None], arb(0)) is (h > -0.9)
+    for now, far in ((-9.21, False), (-9.23, True)):  # |sigma| >= r = |now| - 2: 1 - 5/4 (r + 4) + r^2/4
+        late = [(acb_mat([[acb(now)]]), acb_mat(1, 1)), (acb_mat([[acb(2)]]), acb_mat(1, 1))]
+        assert pieces._above(late, known, [None], arb(0)) is far
 
 
 @pytest.mark.parametrize(("left", "half", "holds"), [(2, True, True), (3, True, False), (3, False, True)])

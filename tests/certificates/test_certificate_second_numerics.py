@@ -287,6 +287,16 @@ def test_a_neutral_plant_closed_by_gains_has_the_response_of_its_formulas():
         assert value.imag.contains(arb(true[i, j].imag, 1e-9))
 
 
+def test_an_output_is_no_larger_than_what_comes_at_once_and_what_is_late_together():
+    # H = (2 + s exp(-s)/3)/(s + 1), at the frequency 4 and at any phase
+    one, zero = flint([[1]]), flint([[0]])
+    loop = LateLoop(-1 * one, one, 2 * one, zero, ((F(1), zero, zero),), ((zero, flint([[F(1, 3)]])),), None)
+    ((plain, _, most),) = loop.at_any_phase(arb(fmpq(1, 4)), [(F(0), F(1))])
+    assert float(most[0, 0]) == pytest.approx((2 + 4 / 3) / abs(1 + 4j))
+    for turn in np.exp(2j * np.pi * np.linspace(0, 1, 7)):
+        assert plain[0, 0].contains(acb(complex((2 + 4j * turn / 3) / (1 + 4j))))
+
+
 def test_the_angle_of_a_late_loop_is_enclosed_on_pieces_and_far_out():
     loop = LateLoop.of(late_plant(), [F(0), F(0)])
     A = np.array(SIDES["A"], dtype=float)
