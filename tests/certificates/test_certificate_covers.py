@@ -154,6 +154,17 @@ def test_far_out_what_is_late_has_its_size(kind, size, bound, pace, holds):
     assert (on_piece(axis, piece, Fraction(1000), None) == "") is holds
 
 
+@pytest.mark.parametrize("size", ["1/2", "2"])
+def test_far_out_all_channels_count(size):
+    # diag(s exp(-s)/2, c s exp(-s))/(s + 1): 1 + Re H > 0 for c < 1
+    wait, d, none = Form({(Fraction(1), 0): (Fraction(1), Fraction(0))}), real(1) + S, Form()
+    sizes = [Fraction(1, 2), Fraction(size)]
+    N = [[wait * S * real(c) if i == j else none for j in range(2)] for i, c in enumerate(sizes)]
+    members = [Member("", Fraction(1), Fraction(1), Fraction(0), Fraction(0))] * 2
+    axis = Axis(d, N, d, N, [], 1, members, True, None).over(lambda form: form)
+    assert (on_piece(axis, [(Fraction(0), Fraction(0))] * 2, Fraction(1000), None) == "") is (size != "2")
+
+
 def test_the_form_of_all_kinds_of_channels_is_that_of_complex_numbers():
     rng, omega, s = random.Random(5), 1.25, 1.25j
     d, e = real(3) + S + S * S, np.eye(4)

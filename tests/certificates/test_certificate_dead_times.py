@@ -544,18 +544,30 @@ def test_far_out_the_size_of_what_is_fed_through_late_is_that_of_its_parts():
     assert_both_reject(edited(shown, "laws", "channels", 0, "sector", value=["-4", "800001/100000"]))
 
 
-# s H goes to w + w^2/2, w = exp(-i omega): its real part is least, -3/4, where cos omega = -1/2; with phases apart -3/2
-@pytest.mark.parametrize(("theta", "holds"), [("9/10", True), ("135/100", False)])
-def test_dead_times_that_are_multiples_of_one_have_one_phase_far_out(theta, holds):
-    plant = late([["-1"]], ONE, NO, NO, ("1", ONE), ("2", [["1/2"]]))
-    ends = [str(Fraction(end, 4)) for end in range(1, 513)]
-    multiplier = {"lambda": ["1"], "theta": [theta], "pieces": [[None]] * 513}
-    proof = {"method": "pieces", "ends": ends}
-    found = draft(plant, [sector("0", "1/50", time_varying=False)], "piecewise-popov", proof, multiplier)
-    if holds:
-        assert recheck(complete_and_check(found).certificate).accepted
-    else:
-        assert_both_reject(found)
+# .9 exp(-s)/(s + 1): with x = 1 .81 |H|^2 < .9 for delays with |tau'| <= 1/10, and without that bound nothing follows;
+# operators of the norm 1/2 have real multipliers, of which F > 0 all the same for 1 + i/100
+@pytest.mark.parametrize(
+    ("bound", "operator", "path", "value"),
+    [
+        ("2", {"operator": "varying delay", "rate": "1/10"}, ("laws", "channels", 0, "rate"), None),
+        (
+            "1/2",
+            {"operator": "linear time-invariant", "time_varying": False},
+            ("multiplier", "pieces", 0, 0, 1),
+            "1/100",
+        ),
+    ],
+)
+def test_beside_dead_times_multipliers_by_pieces_are_those_of_the_class(bound, operator, path, value):
+    system, proof = edited(LAG, "B", value=[["9/10"]]), {"method": "pieces", "ends": ["1", "2", "4", "8"]}
+    multiplier = {"lambda": ["0"], "pieces": [[["1", "0"]]] * 5}
+    found = draft(system, [sector(f"-{bound}", bound) | operator], "piecewise-circle", proof, multiplier)
+    shown = complete_and_check(found).certificate
+    assert recheck(shown).accepted
+    wrong = edited(shown, *path, value=value)
+    if value is None:
+        del wrong["laws"]["channels"][0]["rate"]
+    assert_both_reject(wrong)
 
 
 @pytest.mark.slow

@@ -89,6 +89,14 @@ def test_rates_beside_dead_time_that_are_not_shown_are_refused(draft, edits):
     assert_both_reject(shown)
 
 
+def test_the_plant_alone_is_no_slower_than_its_poles():
+    # exp(-s)/(s + 1) with the gain 0: exp(-t)
+    alone = edited(NO_FASTER, "proof", "gains", value=["0"]) | {"rate": "101/100"}
+    found = complete_and_check(alone).certificate
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "rate", value="99/100"))
+
+
 def test_a_pole_at_0_beside_dead_time_has_not_the_rate_0():
     # 1 + Re exp(-i w)/(2 i w) = 1 - sin(w)/(2 w) > 0: solutions converge to equilibria, of which no rate speaks
     known = [sector("0", "1/2", time_varying=False)]

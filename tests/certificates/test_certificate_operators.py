@@ -325,3 +325,13 @@ def test_one_scalar_operator_in_each_channel_is_given_channel_after_channel_and_
     both = [{**each, "operator": "linear time-invariant"} for each in data["laws"]["channels"]]
     assert_both_reject(edited(data, "laws", "channels", value=both))
     assert_both_reject(edited(data, "system", "D", 1, 0, value="1/100"))
+
+
+def test_the_channels_of_an_operator_have_one_multiplier_on_each_piece():
+    # x_i' = -x_i + mu_i: |H| <= 1 < 10/9, and F > 0 with other weights too
+    two = loop(*([[v * (i == j) for j in range(2)] for i in range(2)] for v in (-1, 1, 1, 0)))
+    both, proof = [operator("linear time-invariant", "9/10")] * 2, {"method": "pieces", "ends": ["1"]}
+    multiplier = {"lambda": ["0", "0"], "pieces": [[["1", "0"]] * 2] * 2}
+    found = complete_and_check(draft(two, both, "piecewise-circle", multiplier, proof, [2])).certificate
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "multiplier", "pieces", 1, value=[["1", "0"], ["2", "0"]]))

@@ -442,6 +442,7 @@ BARS = [{"E": "4", "rho": "1", "L": "2", "A": "3", "k": "12"}, {"E": "9", "rho":
         ("one-obstacle", 2, None, "rods-circle", ("66/100", "1"), {}, False),
         ("one-obstacle", 2, None, "rods-circle", ("66/100", "inf"), {}, False),
         ("one-obstacle", 2, None, "rods-circle", ("66/100", "99/100"), {"time_varying": True}, True),
+        ("one-obstacle", 2, None, "rods-circle", ("66/100", "99/100"), {"regularity": "any"}, False),
         ("one-obstacle", 2, None, "rods-energy", ("66/100", "99/100"), {"time_varying": True}, False),
         ("one-obstacle", 2, None, "rods-energy", ("66/100", "99/100"), {"sector": ["-1/9", "1"]}, False),
         ("one-obstacle", 2, None, "rods-energy", ("1", "1"), {"regularity": "any"}, False),

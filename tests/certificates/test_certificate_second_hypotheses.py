@@ -235,6 +235,16 @@ def test_far_out_a_form_is_positive_whatever_the_phases(kind, end):
             assert pieces._at_any_phase(loop, known, row, most) is holds
 
 
+@pytest.mark.parametrize(("back", "holds"), [(0, True), (fmpq(1, 10), False)])
+def test_beside_a_delay_and_a_function_d_has_no_cycle(back, holds):
+    late = replace(TIMID, operator="delay", time_varying=False, upper=F(1))
+    plant = replace(asked([[-1]], [[1, 1]], [[1], [1]], [[0, 0]] * 2, PLAIN, late), D=fmpq_mat([[0, 1], [back, 0]]))
+    multiplier = {"lambda": ["1", "0"], "pieces": [[None, ["1", "0"]]] * 2}
+    proof = {"method": "pieces", "ends": ["1"]}
+    with assert_accepted_if(holds):
+        pieces._read(SimpleNamespace(theorem="piecewise-circle", multiplier=multiplier, proof=proof), plant)
+
+
 def test_far_out_what_comes_back_twice_as_late_turns_twice_as_far():
     # 1 + Re H > 0 for H = u/(i q), q = 1 - z/3 + z^2/3, whatever z is: for u < 1/max Im -1/q
     angles = np.exp(1j * np.linspace(0, 2 * np.pi, 10_001))

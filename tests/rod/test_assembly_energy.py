@@ -117,6 +117,7 @@ def test_rods_come_to_rest_under_pressures_that_change_with_time(name):
         ("system", "rods", 0, "k", "80000"),  # far from Z: less is covered
         ("system", "rods", 0, "L", "2"),  # a longer rod lags more
         ("laws", "channels", 0, "sector", 0, "-1"),
+        ("laws", "channels", 0, "regularity", "any"),
         ("conclusion", RESTS),
         ("theorem", "rods-energy"),
         ("theorem", "rod-circle"),
