@@ -415,6 +415,8 @@ def test_a_gain_with_a_constant_solution_shows_other_equilibria_alone():
         ("comes", "proof", "gains", ["1"]),  # not of the class
         ("comes", "system", "A", [["-4"]]),
         ("away", "proof", "gains", ["1"]),
+        ("away", "multiplier", {"lambda": ["1"]}),
+        ("away", "theorem", "piecewise-circle"),
         ("away", "system", "late", [["1", NO, [["-3/2"]]]]),
         ("away", "system", "B", ONE),
         ("returns", "system", "late", [["1", NO, [["-23/10"]]]]),
