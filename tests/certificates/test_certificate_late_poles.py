@@ -1,5 +1,6 @@
-"""Poles at 0 beside dead times, of the shifted loop and with late feedback: by hand, and what is rejected."""
+"""Popov terms and poles at 0 beside dead times, also with late feedback: by hand, and what is rejected."""
 
+from fractions import Fraction
 from functools import cache
 
 import pytest
@@ -120,3 +121,12 @@ def test_what_depends_on_time_acts_on_no_output_that_shows_a_pole_at_0():
     found = complete_and_check(three).certificate
     assert recheck(found).accepted
     assert_both_reject(edited(found, "system", "D", 1, value=["0", "0", "1/1000"]))
+
+
+# s H goes to w + w^2/2, w = exp(-i omega): its real part is least, -3/4, where cos omega = -1/2; with phases apart -3/2
+def test_dead_times_that_are_multiples_of_one_have_one_phase_far_out():
+    plant = late([["-1"]], ONE, NO, NO, ("1", ONE), ("2", [["1/2"]]))
+    ends = [str(Fraction(end, 4)) for end in range(1, 513)]
+    found = complete_and_check(proved(plant, [fixed("0", "1/50")], ["1"], ["9/10"], ends)).certificate
+    assert recheck(found).accepted
+    assert_both_reject(edited(found, "multiplier", "theta", value=["27/20"]))
