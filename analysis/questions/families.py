@@ -82,6 +82,19 @@ def too_many(family: PlantFamily | ChannelFamily, box: Box, most: int) -> Assump
     return AssumptionError(f"the box of parameters was cut into {most} boxes, and some are still open: {where}")
 
 
+def wide_enough(family: PlantFamily, box: Box) -> None:
+    """Refuse to cut a box beside one plant without end.
+
+    Raises
+    ------
+    AssumptionError
+        The box is less than the ``2^-50`` th part of an interval.
+    """
+    if any((high - low) * 2**50 < b - a for (low, high), (a, b) in zip(box, family.box, strict=True)):
+        where = family.within(box).ranges
+        raise AssumptionError(f"however small the boxes, one multiplier serves none of those beside {where}")
+
+
 _PARTS, _SHOWN = 5, 4  # how often the box is cut to see where it is open; how many of these parts are named
 
 
@@ -233,6 +246,7 @@ class Search:
             count[0] += 1
             if count[0] > self.most:
                 raise too_many(self.family, box, self.most)
+            wide_enough(self.family, box)
             given = [one for one in (known, lead if lead != known else None) if one is not None]
             for one in given:
                 if holds(box, one):

@@ -118,6 +118,13 @@ def test_an_order_that_changes_in_the_box_is_said():
     assert "the order of the plants changes in the box, where T = 0" in found.failures[0].detail
 
 
+# 1/(s + a) has a pole at 0 where a = 0, which no multiplier for a > 0 serves: halves of halves once went on until Python
+# ended the recursion, and the answer spoke of memory.
+def test_a_critical_plant_at_the_end_of_the_box_ends_the_cuts():
+    reason = max_sector(PlantFamily.of_formula("1/(s + a)", {"a": (0, 1)}), criterion="circle").reason
+    assert reason == "however small the boxes, one multiplier serves none of those beside a in [0, 1/2251799813685248]"
+
+
 def test_discrete_time_plants_by_the_circle_criterion():
     # b/(z - a): |z - a| >= 1 - a at z = 1 and 1 + a at z = -1; H is least at z = -1: -b/(1 + a): k < (1 + a)/b
     family = PlantFamily.of_coefficients(["b"], [1, "-a"], {"a": (0.25, 0.5), "b": (1, 2)}, dt=1)
