@@ -52,6 +52,17 @@ def test_a_question_without_an_answer_is_refused_by_its_key(tmp_path, question):
     assert not (tmp_path / "out").exists()
 
 
+# of a plant with parameters the gain needs [performance]: that was said after the rate had been searched for
+def test_what_has_no_answer_is_refused_before_the_questions_ahead_of_it_are_answered(tmp_path, monkeypatch):
+    path = tmp_path / "loop.toml"
+    path.write_text(FILE.format('rate", "gain').replace("[1, 3, 2]", '[1, "a"]') + "[plant.parameters]\na = [1, 2]\n")
+    asked = []
+    monkeypatch.setitem(ASKED, "rate", ASKED["rate"]._replace(answer=lambda *_, **given: asked.append(given)))
+    with pytest.raises(InputError, match=r"^report\.ask has 'gain', .*give \[performance\]"):
+        report_on(find_system(str(path)))
+    assert not asked
+
+
 # x' = x - phi grows like e^t with phi = 0, x+ = 2 x - phi like 2^t: nothing there decays
 @pytest.mark.parametrize("plant", ["1/(s - 1)", "1/(z - 2)"])
 def test_the_figure_of_what_grows_does_not_say_that_it_decays(plant):

@@ -104,6 +104,7 @@ ASKED: Mapping[str, Row] = {
 }
 
 
+_MOMENT = 0.01  # [s]
 _SHOWN = {
     "rate": ("a rate of decay, ", ""),
     "gain": ("anything about external inputs", "more about external inputs than the gain"),
@@ -119,14 +120,18 @@ def answers(system: LoopSystem, seconds: float | None) -> dict[str, Any]:
     InputError, AssumptionError
         A question cannot be asked of this system.
     """
-    found: dict[str, Any] = {}
-    for name in system.ask:
+
+    def answered(name: str, seconds: float | None) -> Any:  # noqa: ANN401  (any answer)
+        """One of them."""
         try:
-            found[name] = ASKED[name].answer(system, seconds=seconds)
+            return ASKED[name].answer(system, seconds=seconds)
         except (InputError, AssumptionError) as error:
             message = f"report.ask has {name!r}, which this system does not answer: {error}"
             raise type(error)(message, code=error.code) from error
-    return found
+
+    for later in system.ask[1:]:  # a question without an answer is refused before time is spent on those before it
+        answered(later, _MOMENT)
+    return {name: answered(name, seconds) for name in system.ask}
 
 
 def not_answered(text: str, found: Mapping[str, Any]) -> str:
