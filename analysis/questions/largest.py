@@ -400,11 +400,12 @@ def _needed(shown: Refuted) -> Fraction | float:
 
 
 def meet(proved: float, refuted: float, lower: float | Fraction = 0) -> bool:
-    """Whether what is proved reaches what is refuted, within one part in a million, of ``lower`` where that is 0.
+    """Whether what is proved reaches what is refuted, within one part in a million, of ``lower`` where that is about 0.
 
     ``proved``, ``refuted``: the ends of the two; infinite for every class proved, and for none refuted.
     """
-    size = abs(refuted) or abs(float(lower))
+    far = abs(float(lower))
+    size = abs(refuted) if abs(refuted) > far / 10**12 else far
     return proved == math.inf or (refuted < math.inf and proved >= refuted - CLOSED * size)
 
 

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from lure.analysis.inequality.checks import require_well_posed
 from lure.analysis.inequality.protocol import Best, Bounding, Grounds, Inequality, Multiplier, ScalarPlant
-from lure.analysis.numerics.doubles import text_above, text_below
+from lure.analysis.numerics.doubles import double_below, text_above, text_below
 from lure.analysis.verdict import Bracket, CriterionResult, Evidence, Needs, Verdict
 from lure.classes import NonlinearityClass, Sector, SlopeBounds
 from lure.errors import AssumptionError, Reason
@@ -20,6 +20,7 @@ from lure.plants.rational import RationalPlant
 from lure.record import described, quantity
 
 Bound = Fraction | float
+_BESIDE_ZERO = Fraction(1, 10**12)
 CONCLUSION = "0 is globally asymptotically stable for every nonlinearity of the class"
 STATIONARY = (
     "every solution is bounded and converges to a point of the stationary set, 0 being asymptotically stable only if "
@@ -101,7 +102,9 @@ class Criterion:
     def answer(self, inequality: Bounding) -> CriterionResult:
         """The same for an inequality at hand."""
         best, grounds = inequality.best(), inequality.grounds
-        upper = best.largest.low
+        upper, short = best.largest.low, double_below(grounds.lower * _BESIDE_ZERO)
+        if short < upper < 0:  # a class below 0 that reaches to 0 has no largest double: they end at 5e-324
+            best, upper = replace(best, largest=Bracket(short, best.largest.high)), short
         proved = best.multiplier is not None and upper > grounds.lower
         blank = _blank(self, grounds, (grounds.lower, upper if proved else math.inf), best, holds=proved)
         reason = _largest(self, grounds, best) if proved else "no k that a double can state was reached"

@@ -82,10 +82,10 @@ def tokens(text: str, *, field: str) -> list[Token]:
             raise InputError(f"{field}: {_refused(text[position])} at column {position + 1}.")
         position += len(token.text)
         if token.kind == "number" and (name := _NAME.match(text, position)):
-            tail = Token("name", name.group(), position + 1)
+            tail, product = Token("name", name.group(), position + 1), f"{token.text}*{name.group()}"
             raise InputError(
-                f"{field}: the number {token} runs into {tail} at column {tail.column}; "
-                "write * for a product, and only plain decimal numbers such as 12, 0.5 or 1e-3."
+                f"{field}: the number {token} runs into {tail} at column {tail.column}; write {product:.20} "
+                "for a product, and only plain decimal numbers such as 12, 0.5 or 1e-3."
             )
         found.append(token)
     return [*found, Token("end", "", len(text) + 1)]
@@ -198,6 +198,12 @@ _VOCABULARY_HINTS = {
     "ln": "the natural logarithm is log",
     "pow": "a power is written **",
     "arctan": "the inverse tangent is atan",
+    **dict.fromkeys(("asin", "arcsin", "acos", "arccos", "asinh", "acosh", "atanh"), "of inverses there is atan"),
+    "sinh": "sinh(u) is written (exp(u) - exp(-u))/2",
+    "cosh": "cosh(u) is written (exp(u) + exp(-u))/2",
+    "erf": "there is no error function here; a table of its values may stand in its place",
+    "sat": "a saturation of u is written min(max(u, -1), 1)",
+    "relu": "a ReLU of u is written max(u, 0)",
     "heaviside": "a step is written where(t > 0, 1, 0)",
     "step": "a step is written where(t > 0, 1, 0)",
     "lambda": "write only the formula itself",
@@ -208,7 +214,10 @@ def unknown_name(reader: Reader, token: Token) -> NoReturn:
     """Refuse a name, with the nearest known one or all that are allowed."""
     known = [*reader.variables, "pi", *FUNCTIONS]
     close = get_close_matches(token.text.lower()[:20], known, n=1)
-    if hint := _VOCABULARY_HINTS.get(token.text.lower()):
+    hint = _VOCABULARY_HINTS.get(token.text.lower())
+    if len(token.text) == len(reader.variables) == 1:
+        hint = hint or f"the variable is {reader.variables[0]}"
+    if hint:
         reader.refuse(f"unknown name {token} ({hint})", token)
     if close:
         reader.refuse(f"unknown name {token} (did you mean {close[0]!r}?)", token)

@@ -118,7 +118,7 @@ def test_an_order_that_changes_in_the_box_is_said():
     assert "the order of the plants changes in the box, where T = 0" in found.failures[0].detail
 
 
-# 1/(s + a) has a pole at 0 where a = 0, which no multiplier for a > 0 serves: halves of halves once went on until Python
+# 1/(s + a) has a pole at 0 where a = 0, which no multiplier for a > 0 serves: halves of halves went on until Python
 # ended the recursion, and the answer spoke of memory.
 def test_a_critical_plant_at_the_end_of_the_box_ends_the_cuts():
     reason = max_sector(PlantFamily.of_formula("1/(s + a)", {"a": (0, 1)}), criterion="circle").reason

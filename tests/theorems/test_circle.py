@@ -14,6 +14,7 @@ from lure.analysis.inequality.checks import encirclements, region
 from lure.analysis.inequality.gains import hurwitz_limit, is_stable_gain
 from lure.analysis.inequality.plant import TransferPolynomials
 from lure.analysis.numerics.minimum import infimum, largest_below, nonnegative_from_zero
+from lure.analysis.questions.answers import max_sector
 from lure.analysis.theorems.circle import circle_criterion, circle_largest, circle_may_reach
 from lure.analysis.verdict import Evidence, Verdict
 from lure.classes import Sector
@@ -410,3 +411,13 @@ def test_the_advice_after_a_failure_suits_the_time():
 )
 def test_a_quick_test_says_how_far_the_circle_may_go(block, k, may):
     assert circle_may_reach(block, k, lower=F(0)) == may == (circle_largest(block).largest.low >= k)
+
+
+# z + 1 + k has its root inside for -2 < k < 0, and every class [-1/2, k] with k < 0 is proved: the largest double of
+# these, -5e-324, is no end to speak of.
+@pytest.mark.parametrize(("plant", "lower"), [("1/(z + 1)", F(-1, 2)), ("-1/(s*(s + 1))", F(-1))])
+def test_a_class_that_reaches_up_to_zero_ends_at_a_number_to_speak_of(plant, lower):
+    found = max_sector(plant, lower=lower)
+    assert lower * F(11, 10**13) < F(found.largest.low) <= lower / 10**12
+    assert found.closed
+    assert "in between nothing" not in str(found)
