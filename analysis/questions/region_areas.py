@@ -8,8 +8,12 @@ from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any
 
-from lure.analysis.numerics.doubles import form_text
+from flint import fmpq, fmpq_mat
+
+from lure.analysis.numerics.doubles import form_text, text_above, text_below
+from lure.analysis.numerics.polynomial import to_fmpq
 from lure.arrays import Reals, np
+from lure.plants.multivariable import MultivariablePlant
 
 Points = tuple[tuple[Fraction, ...], ...]
 Corners = list[tuple[Fraction, Fraction]]
@@ -228,3 +232,27 @@ def form_said(name: str, rows: Points | None, index: int = 0, *, weights: str = 
         return [f"Q = {form_text(rows, 'below')}, rounded so that this holds for it too; {place}."]
     how = (weights and f"{weights}, rounded") or ", rounded so that its ellipsoid lies inside"
     return [f"P = {form_text(rows, 'above')}{how}; {place}."]
+
+
+def end_said(end: Fraction | float, towards: str) -> str:
+    """An end of an interval, rounded ``"below"`` or ``"above"``."""
+    if isinstance(end, float):
+        return str(end)
+    return text_below(end, 10) if towards == "below" else text_above(end, 10)
+
+
+def unseen_said(plant: MultivariablePlant | None, word: str) -> list[str]:
+    """That a size says little where no ``sigma`` sees some of the states, decided exactly.
+
+    ``word``: what the size is.
+    """
+    if plant is None:
+        return []
+    A, row = (fmpq_mat([[to_fmpq(v) for v in one] for one in side]) for side in (plant.A, plant.C))
+    rows = list[list[fmpq]]()
+    for _ in range(plant.order):
+        rows += row.tolist()
+        row = row * A
+    if fmpq_mat(rows).rank() == plant.order:
+        return []
+    return [f"No sigma sees some of the states: a set may be made longer along them, and so the {word} says little."]

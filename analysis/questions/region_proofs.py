@@ -72,6 +72,16 @@ def proved_ellipsoid(
     return None
 
 
+def nothing_found(plant: MultivariablePlant) -> str:
+    """Why no set is shown where the search ended without one."""
+    if levels(plant.D) is not None:
+        return "no invariant ellipsoid was found"
+    return (
+        "a channel feeds through D back to itself, directly or by way of others, and a set is shown only where sigma "
+        "is given channel after channel; a fast pole in the model makes D zero"
+    )
+
+
 def ellipsoids_along(plant: MultivariablePlant, shapes: Sequence[Shape], first: Proved) -> Iterator[Proved]:
     """Ellipsoids that go farther along an axis of a first one, with intervals of their own; the longest axis first.
 

@@ -17,17 +17,20 @@ from lure.analysis.nonlinearity import nonlinearity_bounds
 from lure.analysis.numerics.doubles import double_above, double_below, text_above, text_below
 from lure.analysis.questions.region_areas import (
     area,
+    end_said,
     form_said,
     level_polygon,
     polygon_within,
     union_below,
     union_volume,
+    unseen_said,
 )
 from lure.analysis.questions.region_curves import PlanarSets, gauge, planar_sets, points_of, within
 from lure.analysis.questions.region_disturbances import ReachableSet, disturbance_of, reachable_set, unanswered
 from lure.analysis.questions.region_everywhere import proved_everywhere
 from lure.analysis.questions.region_proofs import (
     ellipsoids_along,
+    nothing_found,
     proved_ellipsoid,
     proved_growth,
     proved_level_set,
@@ -297,7 +300,7 @@ class RegionOfAttraction(TwoSided):
             elif first.kind == "everything" or first.interval == (-math.inf, math.inf):
                 said = ["PROVED: every solution tends to 0, wherever it starts."]
             elif first.interval is not None:
-                low, high = map(_shown, first.interval, ("above", "below"))
+                low, high = map(end_said, first.interval, ("above", "below"))
                 said = [f"PROVED: every solution that starts between {low} and {high} tends to 0."]
             elif first.kind == "curve":
                 said = [
@@ -318,11 +321,13 @@ class RegionOfAttraction(TwoSided):
                 said.append(
                     f"Together with {len(self.sets) - 1} more the {word} is at least {text_below(self.area[0], 7)}."
                 )
+            if math.isfinite(self.area[0]):
+                said += unseen_said(self.plant, word)
             if self.reach is not None:
                 said.append(f"It holds the points asked about times {text_below(self.reach, 7)}.")
         for i, one in enumerate(self.outside):
             if one.interval is not None:
-                low, high = map(_shown, one.interval, ("below", "above"))
+                low, high = map(end_said, one.interval, ("below", "above"))
                 where = " or ".join([f"from {high} on"] * (high != "inf") + [f"up to {low}"] * (low != "-inf"))
                 said.append(f"No solution that starts {where} tends to 0.")
             elif one.points is not None:
@@ -340,12 +345,6 @@ class RegionOfAttraction(TwoSided):
         elif self.sets and self.reason:
             said.append(f"{self.reason[0].upper()}{self.reason[1:]}.")
         return said
-
-
-def _shown(end: Fraction | float, towards: str) -> str:
-    if isinstance(end, float):
-        return str(end)
-    return text_below(end, 10) if towards == "below" else text_above(end, 10)
 
 
 def region(
@@ -450,7 +449,7 @@ def _answered(
             return RegionOfAttraction(verdict=Verdict.PROVED, states=found.order, sets=(one,), area=ends)
         proof = proved_ellipsoid(found, shapes, points)
         linear = None if proof else unstable_near_0(found, shapes)
-        reason = "no invariant ellipsoid was found"
+        reason = nothing_found(found)
     outside, high = tuple[OutsideSet, ...](), None
     if beyond is not None:
         Q = matrix_of(beyond.certificate, "Q")

@@ -266,7 +266,7 @@ def test_what_a_region_is_where_no_ellipsoid_is_found(ellipsoid, grown, everywhe
     monkeypatch.setattr(regions, "proved_growth", lambda *_: beyond)
     monkeypatch.setattr(regions, "proved_everywhere", lambda *_: None if everywhere is None else proof())
     monkeypatch.setattr(regions, "matrix_of", lambda *_: ((F(1), F(0)), (F(0), F(1))))
-    found, shape = SimpleNamespace(order=2), SimpleNamespace(reach=None, pieces=())
+    found, shape = SimpleNamespace(order=2, D=((0,),)), SimpleNamespace(reach=None, pieces=())
     one = regions._answered((found, [shape]), (found, [shape]), None, None)
     if said == "everything":
         assert (one.verdict, one.sets[0].kind, one.area) == (PROVED, "everything", (inf, inf))
@@ -399,3 +399,17 @@ def test_an_interval_that_no_set_goes_through_is_not_looked_at():
     assert found.verdict is Verdict.PROVED
     assert found.sets[0].contains([1.5, 1.5])
     assert not any(one.contains([1.6, 1.6]) for one in found.sets)  # sigma > pi
+
+
+# x1' = x2, x2' = x1 + mu, sigma = 3 x1 + 4 x2 + mu/10 feeds through to itself, and no ellipsoid is looked for:
+# that none was found is no reason
+def test_where_a_channel_feeds_through_to_itself_the_reason_says_so():
+    found = region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], F(1, 10))), Saturation())
+    assert (found.verdict, found.reason[:50]) == (OPEN, "a channel feeds through D back to itself, directly")
+
+
+# x1' = x1 + mu, x2' = -x2 + mu, sigma = x1: the axis of x2 may be as long as one likes, and the area is any number
+def test_a_size_beside_a_state_that_is_not_seen_is_said_to_say_little():
+    told = "No sigma sees some of the states: a set may be made longer along them, and so the area says little."
+    assert told in region(as_plant(([[1, 0], [0, -1]], [1, 1], [1, 0], 0)), Saturation(gain=2)).lines()
+    assert told not in region(as_plant(([[0, 1], [1, 0]], [0, 1], [3, 4], 0)), Saturation()).lines()
