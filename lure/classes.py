@@ -460,8 +460,8 @@ class Diagonal(Record, kw_only=False):
     Raises
     ------
     InputError
-        There is no class, those of the same nonlinearity differ, or the numbers of channels do not add up; or a
-        performance channel is not the last block.
+        There is no class, or something else in its place; those of the same nonlinearity differ, or the numbers of
+        channels do not add up; or a performance channel is not the last block.
 
     Examples
     --------
@@ -479,6 +479,10 @@ class Diagonal(Record, kw_only=False):
     def __post_init__(self) -> None:
         if not self.classes:
             raise InputError("Diagonal has no class; give one for each channel")
+        for i, one in enumerate(self.classes):
+            if not isinstance(one, NonlinearityClass):
+                how = "NonlinearityClass(sector=Sector(0, 1)) or NonlinearityClass(slope=SlopeBounds(0, 1))"
+                raise InputError(f"Diagonal.classes[{i}] is {one!r:.60}, no class of nonlinearities; give {how}")
         if not isinstance(self.repeated, bool):
             sizes, m = tuple(self.repeated), len(self.classes)
             if not all(type(size) is int and size > 0 for size in sizes) or sum(sizes) != m:

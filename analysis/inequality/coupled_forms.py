@@ -18,6 +18,7 @@ weighed (docs/theory/rates.md).  Nothing here is believed: a checker decides.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
@@ -181,7 +182,8 @@ class CoupledForms(ChannelSearch):
         closed = np.linalg.solve(np.eye(len(self.D)) + self.D * self.lower, self.C)
         A, B = self.A - (self.B * self.lower) @ closed, self.B * top
         try:
-            with np.errstate(all="ignore"):
+            with np.errstate(all="ignore"), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)  # of a pole at 0; these are units, and no more
                 W = (
                     linalg.solve_discrete_lyapunov(A, B @ B.T)
                     if self.discrete

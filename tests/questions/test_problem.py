@@ -113,6 +113,8 @@ def test_what_a_diagonal_refuses():
         Diagonal(())
     with pytest.raises(InputError, match="its classes differ"):
         Diagonal((narrow, wide), repeated=True)
+    with pytest.raises(InputError, match=r"^Diagonal\.classes\[1\] is SlopeBounds\(.*; give NonlinearityClass\("):
+        Diagonal((narrow, SlopeBounds(0, 1)))  # was taken, and a question about it ended with an AttributeError
 
 
 # The lower end of a slope question is that of the slope: the sector may lie inside.

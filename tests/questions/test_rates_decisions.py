@@ -567,3 +567,9 @@ def test_tolerances_are_of_plants_with_parameters():
         tolerances(RationalPlant([1], [1, 1]), Sector(0, 1))
     with pytest.raises(InputError, match="of a plant with parameters"):
         tolerances(([[-1]], [[1]], [[1]], [[0]]), [Sector(0, 1)])
+
+
+# x1' = 0, x2' = -x2 + mu, sigma = x2: of an eigenvalue 0 scipy warns, where Lyapunov's equation is for units alone
+def test_a_pole_at_0_is_no_matter_of_warnings():
+    found = decay.decay_rate(([[0, 0], [0, -1]], [[0], [1]], [[0, 1]], [[0]]), Sector(0, 1))
+    assert (found.verdict, float(found.rate.low)) == (REFUTED, pytest.approx(0, abs=1e-9))
