@@ -271,7 +271,10 @@ def _frequencies(text: str) -> list[Fraction]:
         if len(parts) > 3 or not 0 < low < high or not 1 < count <= 1000:
             raise ValueError
     except (ValueError, ZeroDivisionError):
-        raise InputError(f"--omega is {text!r:.60}; give first:last:how many, such as 0.1:10:40") from None
+        raise InputError(
+            f"--omega is {text!r:.60}; give first:last:how many, such as 0.1:10:40: two frequencies above 0, the "
+            "smaller one first, and a number from 2 to 1000"
+        ) from None
     step = (float(high) / float(low)) ** (1 / (count - 1))
     inner = [Fraction(f"{float(low) * step**i:.4g}") for i in range(1, count - 1)]
     return [low, *inner, high]

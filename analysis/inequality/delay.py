@@ -475,6 +475,7 @@ class DelayInequality:
             limit=f"linear gains are stable only below {text_above(raised(limit, self.lower).high)}"
             if limit.high < end.high
             else "",
+            search_limited=limit.low < end.low and limit.high == math.inf,
         )
 
 

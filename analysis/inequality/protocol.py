@@ -57,6 +57,7 @@ class Best:
         default="",
     )
     reason: str = quantity("Why nothing can be said of a class, where nothing can", default="")
+    search_limited: bool = quantity("Whether ``largest.low`` is no end, but the largest ``k`` tried", default=False)
 
 
 class Bounding(Protocol):

@@ -108,7 +108,7 @@ class Criterion:
         proved = best.multiplier is not None and upper > grounds.lower
         blank = _blank(self, grounds, (grounds.lower, upper if proved else math.inf), best, holds=proved)
         reason = _largest(self, grounds, best) if proved else "no k that a double can state was reached"
-        return replace(blank, reason=best.reason or reason)
+        return replace(blank, reason=best.reason or reason, search_limited=best.search_limited)
 
     def decide(
         self, block: RationalPlant, bounds: Sector | SlopeBounds, *, multiplier: Multiplier | None = None

@@ -546,6 +546,8 @@ def test_the_certificate_of_a_steady_response(lure, loop_file, tmp_path, monkeyp
     assert (heard["forcing"]["amplitude"], len(heard["forcing"]["omega"])) == ([1], 3)
     assert csv.read_text().startswith("omega [rad/s]")
     assert "--csv needs an input" in lure("steady", loop_file, "--csv", str(tmp_path / "b.csv"))[2]
+    refused = lure("steady", loop_file, "--amplitude", "1", "--omega", "0:1:3")[2]  # it has the form that is shown
+    assert "two frequencies above 0, the smaller one first" in " ".join(refused.split())
 
 
 def test_a_region_says_what_x_is_where_there_is_a_set(lure, loop_file, monkeypatch):

@@ -51,6 +51,14 @@ def test_the_axis_reaches_what_was_tried_where_no_other_number_means_something()
     assert axes.get_xticks().tolist() == [0]  # a bar without an end
 
 
+# Re 1/(s + 1 + exp(-s)/2) > 0: every linear gain is stable, and with dead time k is looked for up to 10^6
+@pytest.mark.parametrize("criterion", ["circle", "popov"])
+def test_where_nothing_ends_a_criterion_beside_dead_time_k_is_the_largest_tried(criterion):
+    found = max_sector("1/(s + 1 + exp(-s)/2)", criterion=criterion)
+    assert "in the sector [0, 999999.9999], the largest k tried" in str(found)
+    assert not max_sector("exp(-s)/(s + 1)", criterion=criterion).search_limited
+
+
 def test_an_end_of_a_criterion_is_not():
     for found in (max_sector(SEVENTH.block), max_sector("1/(s^2 + s + 1)"), max_slope(builtin_loop("dt-6").block)):
         assert not found.search_limited
