@@ -36,7 +36,7 @@ from lure.record import Page, Record, derived, quantity
 
 _NO_PARAMETERS = "tolerances are those of a plant with parameters; give their intervals in [plant.parameters]"
 _ROUNDS, _CORNERS = 4, 8
-MOST, CLOSE, LATE, PARTS = Fraction(32), Fraction(1, 100), 1, 48
+MOST, LEAST, CLOSE, LATE, PARTS = Fraction(32), Fraction(1, 64), Fraction(1, 100), 1, 48
 """How wide boxes get, in widths of the one given; how closely; the last stage of the criteria; into how many parts."""
 
 
@@ -343,10 +343,10 @@ class _Growth:
         for _ in range(_ROUNDS):
             place = self._worst_place(own, high)
             low = first
-            while high - low > CLOSE / 4 * high:  # of the plant at the same place of its box
+            while high - low > CLOSE / 4 * high and high > LEAST:  # of the plant at the same place of its box
                 middle = (low + high) / 2
                 low, high = (low, middle) if self._moves(own, place, middle) else (middle, high)
-            if not self.unstable(self.box(own, high * (1 - CLOSE / 2))):
+            if high <= LEAST or not self.unstable(self.box(own, high * (1 - CLOSE / 2))):
                 break
             high *= 1 - CLOSE / 2
         for width in (high, *(wide for wide in (high * (1 + CLOSE), 2 * high) if wide <= most)):
@@ -360,10 +360,10 @@ class _Growth:
         high, sure = end, end * (1 - CLOSE / 2)
         if self.likely(self.box(own, sure)):
             low = sure
-        elif not self.likely(self.box(own, Fraction(1, 64))):
+        elif not self.likely(self.box(own, LEAST)):
             return None
         else:
-            low = Fraction(1, 64)
+            low = LEAST
             while high - low > CLOSE / 2 * high:
                 middle = (low + high) / 2
                 low, high = (middle, high) if self.likely(self.box(own, middle)) else (low, middle)

@@ -118,6 +118,12 @@ def test_an_order_that_changes_in_the_box_is_said():
     assert "the order of the plants changes in the box, where T = 0" in found.failures[0].detail
 
 
+# x' = 3/2 x - phi grows with phi = 0, and so does every plant of the box: the width was halved for ever
+def test_where_the_plant_in_the_middle_is_refuted_the_least_width_looked_at_is():
+    (margin,) = tolerances(PlantFamily.of_formula("1/(s - a)", {"a": (1, 2)}), Sector(0, 1), seconds=9).margins
+    assert (margin.proved, margin.refuted) == (None, ((Fraction(191, 128), Fraction(193, 128)),))
+
+
 # 1/(s + a) has a pole at 0 where a = 0, which no multiplier for a > 0 serves: halves of halves went on until Python
 # ended the recursion, and the answer spoke of memory.
 def test_a_critical_plant_at_the_end_of_the_box_ends_the_cuts():
