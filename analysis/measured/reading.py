@@ -103,7 +103,8 @@ class Measurements(Record):
         Raises
         ------
         InputError
-            Shapes differ, a number is not finite, all are below 1e-100 or one is above 1e100, or a unit is another one.
+            Shapes differ, there are no rows, a number is not finite, all are below 1e-100 or one is above 1e100, or a
+            unit is another one.
         """
         for name, value, known in (
             ("unit", unit, _LOAD_UNITS),
@@ -114,6 +115,8 @@ class Measurements(Record):
         u, p = (np.array(values, dtype=np.float64) for values in (displacement, load))
         if u.ndim != 1 or u.shape != p.shape:
             raise InputError(f"Measurements needs two columns of one length; got shapes {u.shape} and {p.shape}")
+        if not u.size:
+            raise InputError("Measurements has no rows; give a displacement and a load at least")
         bad = np.flatnonzero(~(np.isfinite(u) & np.isfinite(p)))
         if bad.size:
             raise InputError(f"Measurements: row {bad[0]} is ({u[bad[0]]}, {p[bad[0]]}); give finite numbers")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lure import InputError
-from lure.analysis.measured import read_measurements
+from lure.analysis.measured import Measurements, read_measurements
 from lure.analysis.measured.table import known_unit, split_heading
 
 U, F = [1e-6, 2.5e-6, 4e-6], [1e-3, 2e-3, 4.5e-3]  # in metres and newtons, in every file below
@@ -198,3 +198,8 @@ def test_two_columns_with_one_unit_are_told_apart_in_words_that_are_true():
     np.testing.assert_array_equal(found.displacement, [1, 2.5, 4])
     assert found.reasons == ("by its name", "the other one with such a unit")
     assert read_measurements("speed [m/s],force [N]\n1,1\n2,2.5\n4.5,4\n").stiffness_unit == "N/(m/s)"
+
+
+def test_measurements_without_rows_are_refused():  # were taken, and their text ended with an error of numpy
+    with pytest.raises(InputError, match=r"^Measurements has no rows; give"):
+        Measurements.from_arrays([], [])
