@@ -136,7 +136,8 @@ def homogeneous_criterion(block: RationalPlant, sector: Sector) -> CriterionResu
             said = f"a form of degree {2 * power} falls along every solution; {search.conclusion}"
             return search.result(sector, Bracket(float(upper), math.inf), power, said)
     largest = Bracket(float(search.lower), math.inf)
-    return search.result(sector, largest, None, f"no form of degree up to {2 * search.most(HIGHEST)} was found")
+    said = f"no form of degree up to {2 * search.most(HIGHEST)} was found; the circle criterion proves every k up to "
+    return search.result(sector, largest, None, said + text_below(search.circle))
 
 
 def homogeneous_proof(block: RationalPlant, answer: CriterionResult, upper: Fraction) -> dict[str, Any] | None:

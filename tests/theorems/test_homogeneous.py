@@ -268,7 +268,9 @@ def test_the_lowest_degree_that_serves_is_used_and_none_serves_where_gains_are_u
     assert homogeneous_criterion(THIRD, Sector(0, 5)).parameters["power"] == "2"
     found = homogeneous_criterion(THIRD, Sector(0, F("5.6")))
     assert (found.verdict, found.parameters["power"]) == (Verdict.PROVED, "3")
-    assert homogeneous_criterion(THIRD, Sector(0, 9)).verdict is Verdict.INCONCLUSIVE
+    left = homogeneous_criterion(THIRD, Sector(0, 9))
+    assert left.verdict is Verdict.INCONCLUSIVE
+    assert left.reason == "no form of degree up to 12 was found; the circle criterion proves every k up to 3.999999999"
 
 
 # a gain that switches destabilises from 3.91652 on; forms of degree 8 end at 3.7907
