@@ -37,6 +37,26 @@ def lifted(A: Any, m: list[Monomial]) -> list[list[Fraction]]:
     return L
 
 
+def substituted(A: Any, m: list[Monomial]) -> list[list[Fraction]]:
+    """The matrix ``M`` with ``m(A x) = M m(x)``: the products of the rows of ``A x``."""
+    place, M = {e: i for i, e in enumerate(m)}, list[list[Fraction]]()
+    for e in m:
+        total = {(0,) * len(e): Fraction(1)}
+        for i in [i for i, n in enumerate(e) for _ in range(n)]:
+            longer = dict[Monomial, Fraction]()
+            for f, c in total.items():
+                for j, v in enumerate(A[i]):
+                    if v:
+                        g = tuple(n + (h == j) for h, n in enumerate(f))
+                        longer[g] = longer.get(g, 0) + c * v
+            total = longer
+        row = [Fraction(0)] * len(m)
+        for f, c in total.items():
+            row[place[f]] = c
+        M.append(row)
+    return M
+
+
 def vanishes(Z: list[list[int]], m: list[Monomial]) -> bool:
     """Whether ``m' Z m = 0`` for every ``x``, of a symmetric matrix: equal products of two monomials add up to 0."""
     total = dict[Monomial, int]()
@@ -47,23 +67,25 @@ def vanishes(Z: list[list[int]], m: list[Monomial]) -> bool:
     return not any(total.values())
 
 
-def require_falling(ends: Any, proof: Any) -> tuple[int, bool]:
+def require_falling(ends: Any, proof: Any, *, discrete: bool) -> tuple[int, bool]:
     """The order of ``P``, once ``V = m'P m`` is found to fall along ``x' = A x`` for both matrices ``ends``.
 
     ``m`` are the products of ``power`` states, ``P > 0``, and ``V' = -m'G m``, ``G = Z - (L'P + P L) > 0``, with one
-    ``Z``, ``m'Z m = 0``, for each end.  And whether with the lower gain ``x_1`` has no influence: there ``G`` may be
-    without the power of ``x_1``, so that ``V`` does not grow, and falls where another state is not 0.
+    ``Z``, ``m'Z m = 0``, for each end; in discrete time ``G = Z + P - M'P M``.  And whether, in continuous time, with
+    the lower gain ``x_1`` has no influence: there ``G`` may be without the power of ``x_1``, so that ``V`` does not
+    grow, and falls where another state is not 0.
     """
     _, power, given, *differences = fields(proof, "method", "power", "P", "lower", "upper")
     n, p = len(ends[0]), integer(power, 1, MOST_POWER)
     need(n > 0 and (count := comb(n + p - 1, p)) <= MOST_MONOMIALS, f"P is of no order from 1 to {MOST_MONOMIALS}")
-    m, critical = monomials(n, p), not any(row[0] for row in ends[0])
+    m, critical = monomials(n, p), not (discrete or any(row[0] for row in ends[0]))
+    change = substituted if discrete else lifted
     for which, end, difference in zip(("lower", "upper"), ends, differences):
-        P, a, Lt = states.symmetric(given, [*zip(*lifted(end, m))], count)
+        P, a, Lt = states.symmetric(given, [*zip(*change(end, m))], count)
         Z, *_ = states.symmetric(difference, [], count)
         need(vanishes(Z, m), f"the form of the {which} end does not vanish on the monomials")
-        falls = states.falling(P, Lt, a, False)[1]
-        G = [[v + a * z for v, z in zip(row, line)] for row, line in zip(falls, Z)]
+        falls = states.falling(P, Lt, a, discrete)[1]
+        G = [[v + a ** (1 + discrete) * z for v, z in zip(row, line)] for row, line in zip(falls, Z)]
         if critical and which == "lower":
             need(not any(row[0] for row in G), "the power of x_1 is no direction of rest")
             G = [row[1:] for row in G[1:]]
@@ -75,7 +97,8 @@ def require_falling(ends: Any, proof: Any) -> tuple[int, bool]:
 def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) -> tuple[bool, dict[str, str]]:
     """``V = m'P m`` falls with the gains at both ends of the sector, and so with all between them; whether critical.
 
-    The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between the matrices of both ends.
+    The gain ``g`` makes ``A - b c g/(1 + g d)``, a point between the matrices of both ends.  In discrete time ``V``
+    need not fall between them, but products of both decay, and so do those of what lies between.
     """
     need(
         name == "homogeneous-lyapunov" and fields(data) == [], "this is no proof of the theorem, or it has a multiplier"
@@ -85,11 +108,18 @@ def facts(name: str, data: Any, system: Any, family: states.Family, proof: Any) 
     need(system["kind"] != "rod-scheme", "the rod has proofs of its own")
     A, b, c, d, discrete = realised(system, l)
     posed(1 + (k - l) * d > 0, "1 + g H(inf) vanishes for a gain g of the class")
-    need(not discrete, "continuous time is needed")
-    count, critical = require_falling([A, states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])], proof)
-    falls = "V' <= 0, and V' < 0 where a state beside x_1 is not 0," if critical else "V' < 0 for x != 0"
+    ends = [A, states.gained(A, b, [(k - l) / (1 + (k - l) * d) * v for v in c])]
+    count, critical = require_falling(ends, proof, discrete=discrete)
+    falls = (
+        "V(x+) < V(x) for x != 0"
+        if discrete
+        else "V' <= 0, and V' < 0 where a state beside x_1 is not 0,"
+        if critical
+        else "V' < 0 for x != 0"
+    )
+    between = "" if discrete else " and all between"
     return critical, {
         "stable": f"V = m^T P m, P > 0, m the {count} monomials of degree {proof['power']} in the state",
-        "inequality": f"{falls} with the gains {l}, {k} and all between; Gram matrices of order {count}",
+        "inequality": f"{falls} with the gains {l}, {k}{between}; Gram matrices of order {count}",
         "well-posed": f"1 + g H(inf) does not vanish in the class, H(inf) = {d} after the shift",
     }

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.blocks import realised
-from lure.analysis.certificates.powers import Monomial, lifted, monomials, require_falling
+from lure.analysis.certificates.powers import Monomial, lifted, monomials, require_falling, substituted
 from lure.analysis.certificates.states import gained
 from lure.analysis.deadline import checkpoint
 from lure.analysis.inequality.checks import check_plant, require_well_posed
@@ -45,6 +45,7 @@ HYPOTHESES = (
     "P > 0, and V' < 0 for x != 0 with the gains at both ends of the sector: checked in integers",
     "P > 0, and V' < 0 with the gains at both ends of the sector, V' = 0 with the lower one where x_1 alone is not 0: "
     "checked in integers",
+    "P > 0, and V(x+) < V(x) for x != 0 with the gains at both ends of the sector: checked in integers",
 )
 HIGHEST = {2: 12, 3: 6, 4: 3, 5: 3}  # half of the degree, by the order of the plant
 QUICK = {2: 12, 3: 4, 4: 3, 5: 2}
@@ -65,12 +66,17 @@ def homogeneous_largest(
 
     ``V = m^T P m`` falls along every solution for every ``phi(t, sigma)`` in the sector: ``phi/sigma`` is a gain at
     each time, and ``A_g`` and ``V'`` between both ends are mixtures of those at the ends.  For ``p = 1`` this is the
-    circle criterion.
+    circle criterion.  With a pole at 0 with the gain ``lower`` (the critical case) ``V`` does not grow, and falls
+    where a state but that of the pole is not 0: every solution is bounded.
+
+    In discrete time ``m+ = M_g m`` along ``x+ = A_g x``, and ``P - M_g^T P M_g + Z_i > 0``.  Between the ends ``V``
+    may grow; yet products of both ``A_g`` decay, so that a norm falls with both, and with all mixtures of them.
 
     Parameters
     ----------
     block : RationalPlant
-        In continuous time, of order 2 to 5, with the gain ``lower`` stable, hidden modes included.
+        Of order 2 to 5, with the gain ``lower`` stable, in continuous time but for at most one simple pole at 0, hidden
+        modes included.
     lower : Fraction
         Lower end of the sector.
     effort : {"quick", "full"}
@@ -164,7 +170,8 @@ class _Search:
     @classmethod
     def of(cls, block: RationalPlant, lower: Fraction) -> _Search:
         """The search, if the criterion covers the plant."""
-        check_plant(block, lower=lower)
+        if check_plant(block, lower=lower).case == "critical" and block.dt is not None:
+            raise AssumptionError(f"{TITLE} does not cover a pole at z = 1; ask circle", code=Reason.NOT_APPLICABLE)
         if block.order not in HIGHEST:
             raise AssumptionError(
                 f"{TITLE} is evaluated for plants of order {min(HIGHEST)} to {max(HIGHEST)}, this one has order "
@@ -180,7 +187,8 @@ class _Search:
     def realised(self) -> tuple[Any, Any, Any, Fraction]:
         """``A, b, c, d`` with the gain ``lower`` closed, as the checker reads the block."""
         top, bottom = ([str(v) for v in side] for side in (self.block.numerator, self.block.denominator))
-        system = {"kind": "transfer", "time": "continuous", "numerator": top, "denominator": bottom}
+        time = "continuous" if self.block.dt is None else "discrete"
+        system = {"kind": "transfer", "time": time, "numerator": top, "denominator": bottom}
         return realised(system, self.lower)[:4]
 
     def ends(self, upper: Fraction) -> list[Any]:
@@ -191,7 +199,7 @@ class _Search:
     @cached_property
     def critical(self) -> bool:
         """Whether there is a pole at 0 with the gain ``lower``: then ``x_1`` alone stays where it is."""
-        return not any(row[0] for row in self.realised[0])
+        return self.block.dt is None and not any(row[0] for row in self.realised[0])
 
     def largest(self, power: int) -> tuple[float, bool]:
         """The largest ``k`` that is proved, and whether a larger one was tried and is not.
@@ -236,7 +244,7 @@ class _Search:
             low, high = (first @ side @ np.linalg.inv(first) for side in (low, high))
         _, scale = balanced(low + high)
         ends = [side * scale / scale[:, None] for side in (low, high)]
-        _, P, _ = _solved(ends, 1, critical=self.critical)
+        _, P, _ = self.solved(ends, 1)
         try:
             T = np.linalg.cholesky(P).T / scale
         except np.linalg.LinAlgError:
@@ -267,16 +275,59 @@ class _Search:
         back = np.linalg.inv(near)
         ends = self.ends(upper)
         turned = [near @ in_doubles(A) @ back for A in ends]
-        room, P, lines = _solved(turned, power, critical=self.critical)
+        room, P, lines = self.solved(turned, power)
         if not room > ROOM:
             return None
         unit = 1 << (DIGITS - math.floor(math.log2(room)))
         proof = {"method": "powers", "power": power, **self.rounded(P, lines, power, unit)}
         try:
-            require_falling(ends, proof)
+            require_falling(ends, proof, discrete=self.block.dt is not None)
         except Rejected:
             return None
         return proof
+
+    def solved(self, ends: list[Reals], power: int) -> tuple[float, Reals, list[list[float]]]:
+        """``t``, ``P`` and the multiples of the vanishing forms with about the largest ``t`` in ``G_i >= t``.
+
+        ``P >= 0`` has the trace of the identity and is one of the monomials times their weights; time is in units in
+        which the loops are of size 1.  In the critical case ``z_1^p`` has no part in the first ``G``.
+        """
+        m, critical, discrete = monomials(len(ends[0]), power), self.critical, self.block.dt is not None
+        size, weights, change = len(m), _weights(m), substituted if discrete else lifted
+        speed = 1.0 if discrete else max(float(np.linalg.norm(A, 2)) for A in ends)
+        by, forms = weights[:, None] * weights, symmetric_basis(size)
+        falling, kept = forms.copy(), np.ones(len(forms), dtype=bool)
+        for i, other in (_beside_first(m) if critical else {}).items():
+            k = i * (i + 1) // 2
+            falling[k], kept[k] = 0, other is not None
+            for one in [other, other and other[::-1]] if other else []:
+                falling[k][one] += by[0, i] / by[one]
+        forms, falling = forms[kept], falling[kept]
+        pairs = [_vanishing(m, int(critical)), _vanishing(m)]
+        count, each = len(forms), [len(side) for side in pairs]
+        total, start = count + sum(each) + 1, count
+        slopes = np.zeros((3, total, size, size))
+        slopes[0, :count], slopes[:, -1] = forms, -np.eye(size)
+        for A, part, basis, side in zip(ends, slopes[1:], (falling, forms), pairs, strict=True):
+            L = np.array(change((A / speed).tolist(), m), dtype=float) * weights[:, None] / weights
+            part[:count] = basis - L.T @ basis @ L if discrete else -(L.T @ basis + basis @ L)
+            for Z, both in zip(part[start:], side, strict=False):
+                for one, sign in zip(both, (1.0, -1.0), strict=True):
+                    Z[one] += sign / by[one]
+                    Z[one[::-1]] += sign / by[one]
+            start += len(side)
+        trace = np.zeros(total)
+        trace[:count] = np.trace(forms, axis1=1, axis2=2)
+        cost = np.zeros(total)
+        cost[-1] = 1.0
+        first = int(critical)
+        parts = [slopes[0], slopes[1][:, first:, first:], slopes[2]]
+        blocks = [Block(np.zeros(part.shape[1:]), part) for part in parts]
+        x = proposed(cost, blocks, np.array([trace, -trace]), np.array([size, -size]))
+        if x is None:
+            return -math.inf, slopes[0, -1], []
+        lines = np.split(speed * x[count:-1], [each[0]])
+        return float(x[-1]), np.einsum("i,ipq->pq", x[:count], forms), [line.tolist() for line in lines]
 
     def rounded(self, P: Reals, lines: Sequence[list[float]], power: int, unit: int) -> dict[str, list[list[str]]]:
         """``P``, ``Z_1`` and ``Z_2`` in integers, in the monomials of ``x`` for ``z = T x``.
@@ -325,7 +376,7 @@ class _Search:
             multiplier=f"V of degree {2 * power}" if power is not None else None,
             parameters=MappingProxyType(parameters),
             reason=reason,
-            hypotheses=(HYPOTHESES[self.critical], ASSUMED) if holds else (ASSUMED,),
+            hypotheses=(HYPOTHESES[self.critical if self.block.dt is None else 2], ASSUMED) if holds else (ASSUMED,),
         )
 
 
@@ -382,46 +433,3 @@ def _substituted(T: list[list[int]], m: list[Monomial]) -> NDArray[np.object_]:
         for f, v in total.items():
             row[place[f]] = v
     return rows
-
-
-def _solved(ends: list[Reals], power: int, *, critical: bool) -> tuple[float, Reals, list[list[float]]]:
-    """``t``, ``P`` and the multiples of the vanishing forms with about the largest ``t`` in ``G_i >= t``.
-
-    ``P >= 0`` has the trace of the identity and is one of the monomials times their weights; time is in units in which
-    the loops are of size 1.  In the critical case ``z_1^p`` has no part in the first ``G``.
-    """
-    m = monomials(len(ends[0]), power)
-    size, weights, speed = len(m), _weights(m), max(float(np.linalg.norm(A, 2)) for A in ends)
-    by, forms = weights[:, None] * weights, symmetric_basis(size)
-    falling, kept = forms.copy(), np.ones(len(forms), dtype=bool)
-    for i, other in (_beside_first(m) if critical else {}).items():
-        k = i * (i + 1) // 2
-        falling[k], kept[k] = 0, other is not None
-        for one in [other, other and other[::-1]] if other else []:
-            falling[k][one] += by[0, i] / by[one]
-    forms, falling = forms[kept], falling[kept]
-    pairs = [_vanishing(m, int(critical)), _vanishing(m)]
-    count, each = len(forms), [len(side) for side in pairs]
-    total, start = count + sum(each) + 1, count
-    slopes = np.zeros((3, total, size, size))
-    slopes[0, :count], slopes[:, -1] = forms, -np.eye(size)
-    for A, part, basis, side in zip(ends, slopes[1:], (falling, forms), pairs, strict=True):
-        L = np.array(lifted((A / speed).tolist(), m), dtype=float) * weights[:, None] / weights
-        part[:count] = -(np.swapaxes(L, 0, 1) @ basis + basis @ L)
-        for Z, both in zip(part[start:], side, strict=False):
-            for one, sign in zip(both, (1.0, -1.0), strict=True):
-                Z[one] += sign / by[one]
-                Z[one[::-1]] += sign / by[one]
-        start += len(side)
-    trace = np.zeros(total)
-    trace[:count] = np.trace(forms, axis1=1, axis2=2)
-    cost = np.zeros(total)
-    cost[-1] = 1.0
-    first = int(critical)
-    parts = [slopes[0], slopes[1][:, first:, first:], slopes[2]]
-    blocks = [Block(np.zeros(part.shape[1:]), part) for part in parts]
-    x = proposed(cost, blocks, np.array([trace, -trace]), np.array([size, -size]))
-    if x is None:
-        return -math.inf, slopes[0, -1], []
-    lines = np.split(speed * x[count:-1], [each[0]])
-    return float(x[-1]), np.einsum("i,ipq->pq", x[:count], forms), [line.tolist() for line in lines]

@@ -16,6 +16,8 @@ from lure.analysis.certificates.matrix import matrix_draft
 from lure.analysis.certificates.refutations import flow_orbit_proof
 from lure.analysis.counterexamples.linear import companion
 from lure.analysis.counterexamples.piecewise import Flow, PiecewiseLoop, returns
+from lure.analysis.theorems.homogeneous import homogeneous_criterion, homogeneous_proof
+from lure.classes import Sector
 from lure.nonlinearities.piecewise_linear import Graph
 from lure.plants.rational import RationalPlant
 from lure.plants.state_space import StateSpace
@@ -114,6 +116,12 @@ SETTLING = {  # in the same, of 1/(s^2 + s): 2 (z^4 + 2 z^2 w^2 - z w^3 + w^4), 
 THREE_BOXES = {"method": "cover", "boxes": [["0", "2"], ["2", "4"], ["4", "7"]], "order": 14}
 
 
+def powers_proof(plant, upper):
+    """A form of degree 4 that the search finds for the sector [0, upper]."""
+    asked = homogeneous_criterion(plant, Sector(0, upper))
+    return homogeneous_proof(plant, asked, upper)
+
+
 def on_both(sides):
     """y = x1 of a state (x1, x2, 1), on one of the sides at both ends."""
     return [Fraction(1), Fraction(0), Fraction(0)], sides, True, True
@@ -209,6 +217,13 @@ DRAFTS = {
     ),
     "homogeneous-lyapunov, critical": lambda: draft(
         transfer("1", "1 1 0"), nonlinearities(0, "5/4", time_varying=True), "homogeneous-lyapunov", {}, SETTLING
+    ),
+    "homogeneous-lyapunov, discrete": lambda: draft(  # circle: below 5^(-1/2); linear gains: below 1/2
+        transfer("1", "1 -1 1/2", "discrete"),
+        nonlinearities(0, "12/25", time_varying=True),
+        "homogeneous-lyapunov",
+        {},
+        powers_proof(RationalPlant([1], [1, -1, Fraction(1, 2)], 1), Fraction(12, 25)),
     ),
     "hurwitz": lambda: draft(LAG, nonlinearities(0, "79/10", linear=True), "hurwitz", {}),
     "circle, matrix": lambda: {

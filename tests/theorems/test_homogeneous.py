@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from certificate_family import OSCILLATOR, QUARTIC, accepted, certificate, changed, draft, nonlinearities
 from depth import sampled
+from flint import fmpq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tampering import assert_both_reject, refused_again
@@ -18,8 +19,9 @@ from lure.analysis import max_sector
 from lure.analysis.certificates.arithmetic import Rejected
 from lure.analysis.certificates.checker import Proved
 from lure.analysis.certificates.drafts import completed
-from lure.analysis.certificates.powers import lifted, monomials, vanishes
+from lure.analysis.certificates.powers import lifted, monomials, substituted, vanishes
 from lure.analysis.certificates.proposals import certified
+from lure.analysis.certificates.second import powers
 from lure.analysis.certificates.second.opinion import recheck
 from lure.analysis.theorems import homogeneous
 from lure.analysis.theorems.homogeneous import homogeneous_criterion, homogeneous_largest
@@ -83,6 +85,21 @@ def test_the_products_of_states_change_as_their_matrix_says(data, n, p):
             linear += times * speed[i] * np.prod(others, dtype=object) if times else 0
         products = [np.prod([v**f for v, f in zip(x, g, strict=True)], dtype=object) for g in m]
         assert sum(v * q for v, q in zip(row, products, strict=True)) == linear
+
+
+@settings(max_examples=sampled(5, of=500))
+@given(data=st.data(), n=st.integers(1, 3), p=st.integers(1, 3))
+def test_the_products_of_the_next_states_are_those_of_their_matrix(data, n, p):
+    entries = st.fractions(-3, 3, max_denominator=5)
+    A = [[data.draw(entries) for _ in range(n)] for _ in range(n)]
+    x = [data.draw(entries) for _ in range(n)]
+    m, later = monomials(n, p), [sum(a * v for a, v in zip(row, x, strict=True)) for row in A]
+    for row, e in zip(substituted(A, m), m, strict=True):
+        seen = sum(v * np.prod([F(y) ** k for y, k in zip(x, f, strict=True)]) for v, f in zip(row, m, strict=True))
+        wanted = np.prod([F(y) ** k for y, k in zip(later, e, strict=True)])
+        assert seen == wanted
+        of_second = powers._moved({e: fmpq(2)}, tuple(tuple(line) for line in A))
+        assert of_second == {f: 2 * fmpq(v.numerator, v.denominator) for v, f in zip(row, m, strict=True) if v}
 
 
 def test_the_forms_that_vanish_on_products_are_those_with_no_coefficient():
@@ -222,6 +239,63 @@ def test_a_pole_at_0_in_other_units_shifted_and_of_higher_order_is_covered(plant
     assert shown.certificate["conclusion"] == "every motion is bounded"
     assert recheck(shown.certificate).accepted
     assert "boundedness only" in answer.reason
+
+
+# -- discrete time ----------------------------------------------------------------------------------------------------
+
+DISCRETE = "homogeneous-lyapunov, discrete"
+
+
+def test_in_discrete_time_a_form_that_falls_at_both_ends_attracts_all():
+    found = accepted(changed(DISCRETE, {}))
+    assert found.certificate["conclusion"] == "0 attracts every motion"
+    assert "V(x+) < V(x) for x != 0 with the gains 0, 12/25;" in found.certificate["hypotheses"]["inequality"]
+    assert recheck(found.certificate).accepted
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"laws.sector": ["0", "1/2"]},  # 1/(z^2 - z + 1/2): |z| = 1 with the gain 1/2
+        {"laws.sector": ["-3/5", "12/25"]},  # z = 1 with the gain -1/2
+        {"laws.sector": ["0", "11/20"]},
+        {"system.denominator": ["1", "-1", "1"]},
+        {"system.time": "continuous"},
+        {"proof.power": 1},
+        {"rate": "99/100"},
+    ],
+)
+def test_in_discrete_time_neither_checker_accepts_what_is_not_shown(changes):
+    assert_both_reject({**certificate(DISCRETE), **changed(DISCRETE, changes)})
+
+
+# V = 2 (x_1^2 + x_2^2)^2 + 198 x_1^2 x_2^2 falls along x+ = .9 x_1 (1 - g, g) for g = 0 and g = 1; from (1, 0) it grows
+# for g = 1/2, to .45^4 (8 + 198) = 8.4: the loop decays all the same, x_1 by .9 (1 - g)
+def test_in_discrete_time_a_form_need_not_fall_between_the_ends():
+    states = {"A": [["9/10", "0"], ["0", "0"]], "b": ["9/10", "-9/10"], "c": ["1", "0"], "d": "0"}
+    system, given = {"kind": "state-space", "time": "discrete", **states}, nonlinearities(0, 1, time_varying=True)
+    zero = [["0"], ["0", "0"], ["0", "0", "0"]]
+    proof = {"method": "powers", "power": 2, "P": [["2"], ["0", "200"], ["1", "0", "2"]], "lower": zero, "upper": zero}
+    found = accepted(draft(system, given, NAME, {}, proof))
+    assert recheck(found.certificate).accepted
+    assert value(proof, [1, 0]) == 2
+    assert value(proof, [F(9, 20), F(9, 20)]) == 206 * F(9, 20) ** 4
+
+
+def test_in_discrete_time_the_largest_class_is_close_to_what_products_of_gains_allow():
+    found = max_sector(RationalPlant([1], [1, -1, F(1, 2)], 1), time_varying=True)
+    assert 0.499 < found.largest.low < 0.5  # the circle criterion ends at 5^(-1/2)
+    assert recheck(found.proof.certificate).accepted
+    third = homogeneous_largest(RationalPlant([1], [1, F(-3, 2), F(3, 4), F(-1, 8)], 1))  # 1/(z - 1/2)^3
+    ends = [np.array([[0, 1, 0], [0, 0, 1], [0.125 - k, -0.75, 1.5]]) for k in (0, third.largest.low)]
+    longest = [np.linalg.multi_dot([*pick, np.eye(3)]) for pick in itertools.product(ends, repeat=9)]
+    radius = max(float(np.abs(np.linalg.eigvals(one)).max()) for one in longest) ** (1 / 9)
+    assert 0.97 < radius < 1
+
+
+def test_in_discrete_time_a_pole_at_1_is_not_covered():
+    with pytest.raises(AssumptionError, match="does not cover a pole at z = 1"):
+        homogeneous_criterion(RationalPlant([1], [1, -1, 0], 1), Sector(0, F(1, 2)))
 
 
 # -- the criterion ----------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def require_powers(system: Rational, claim: Claim, proof: object) -> Case:
     Parameters
     ----------
     system : Rational
-        The block, in continuous time.
+        The block; in discrete time products of both loops decay, and so do those of what lies between.
     claim : Claim
         The class, between finite gains.
     proof : object
@@ -54,12 +54,14 @@ def require_powers(system: Rational, claim: Claim, proof: object) -> Case:
     V = _polynomial(P, basis)
     case: Case = "stable"
     for name, gain in (("lower", claim.lower), ("upper", claim.lower + claim.width)):
-        A = system.states.closed(gain)
-        rate = fmpq_mat([[_along({e: fmpq(1)}, A).get(f, fmpq(0)) for f in basis] for e in basis])
-        G = _symmetric(found[name], size) - rate.transpose() * P - P * rate
-        falls = {e: -v for e, v in _along(V, A).items()}
+        A, move = system.states.closed(gain), _moved if system.discrete else _along
+        rate = fmpq_mat([[move({e: fmpq(1)}, A).get(f, fmpq(0)) for f in basis] for e in basis])
+        less = P - rate.transpose() * P * rate if system.discrete else -rate.transpose() * P - P * rate
+        G, later = _symmetric(found[name], size) + less, move(V, A)
+        both = {e: V.get(e, fmpq(0)) * system.discrete - later.get(e, fmpq(0)) for e in {*V, *later}}
+        falls = {e: v for e, v in both.items() if v != 0}
         require(_polynomial(G, basis) == falls, f"the Gram matrix of the {name} end is not one of -V'")
-        if name == "lower" and all(row[0] == 0 for row in A):
+        if name == "lower" and not system.discrete and all(row[0] == 0 for row in A):
             require(all(G[i, 0] == 0 for i in range(size)), "the form moves with the first state alone")
             G, case = fmpq_mat([[G[i, j] for j in range(1, size)] for i in range(1, size)]), "critical"
         _require_definite(G, f"the Gram matrix of the {name} end")
@@ -100,6 +102,29 @@ def _along(p: Polynomial, A: tuple[Row, ...]) -> Polynomial:
                     moved[j] += 1
                     found[tuple(moved)] = found.get(tuple(moved), fmpq(0)) + v * e[i] * to_fmpq(Fraction(a))
     return {e: v for e, v in found.items() if v != 0}
+
+
+def _moved(p: Polynomial, A: tuple[Row, ...]) -> Polynomial:
+    """``p(A x)``, without terms that are 0."""
+    n, found = len(A), Polynomial()
+    forms = [{tuple(int(h == j) for h in range(n)): to_fmpq(Fraction(a)) for j, a in enumerate(row) if a} for row in A]
+    for e, v in p.items():
+        tick()
+        total: Polynomial = {(0,) * n: v}
+        for form, times in zip(forms, e, strict=True):
+            for _ in range(times):
+                total = _times(total, form)
+        for f, c in total.items():
+            found[f] = found.get(f, fmpq(0)) + c
+    return {e: v for e, v in found.items() if v != 0}
+
+
+def _times(p: Polynomial, q: Polynomial) -> Polynomial:
+    found = Polynomial()
+    for (e, a), (f, b) in product(p.items(), q.items()):
+        power = tuple(x + y for x, y in zip(e, f, strict=True))
+        found[power] = found.get(power, fmpq(0)) + a * b
+    return found
 
 
 def _require_definite(M: fmpq_mat, name: str) -> None:

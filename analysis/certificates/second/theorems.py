@@ -157,7 +157,7 @@ def taps_multiplier(taps: dict[int, Fraction]) -> Laurent:
 SOLVABLE = "assumed: sigma + H(inf) phi(sigma) is increasing with a locally Lipschitz inverse"
 HIGHER = "homogeneous-lyapunov"
 CONTINUOUS = ("circle", "popov", "off-axis-circle", "park", "zames-falb", HIGHER)
-DISCRETE = ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee")
+DISCRETE = ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee", HIGHER)
 SLOPES = ("off-axis-circle", "park", "zames-falb", "order-cone")  # those whose class is one of slopes, not a sector
 ROBUST = ("circle", "popov")  # those that cover nonlinearities without upper bound
 
