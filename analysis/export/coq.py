@@ -21,13 +21,14 @@ from lure.analysis.export.everywhere import everywhere_text
 from lure.analysis.export.falling import falling_text
 from lure.analysis.export.gained import in_states
 from lure.analysis.export.gaining import gaining_text, has_gain
+from lure.analysis.export.hulls import SteppedTheorem
 from lure.analysis.export.jumping import jumping_text
 from lure.analysis.export.kernels import Kernels
 from lure.analysis.export.members import members_text
 from lure.analysis.export.modes import METHODS, mode_text
 from lure.analysis.export.orbits import orbit_text
 from lure.analysis.export.pacing import pacing_text
-from lure.analysis.export.powers import powers_text
+from lure.analysis.export.powers import PoweredTheorem, powers_text
 from lure.analysis.export.regional import regional_text
 from lure.analysis.export.relying import THEOREMS, relying_text
 from lure.analysis.export.returning import returning_text
@@ -86,7 +87,8 @@ def coq_text(shown: Checked) -> str:
     if data["proof"]["method"] == "parts":
         return beside_text(data, shown.claim)
     if data["proof"]["method"] == "powers":
-        return powers_text(data, shown.claim)
+        kind = SteppedTheorem if data["system"]["time"] == "discrete" else PoweredTheorem
+        return powers_text(data, shown.claim, kind)
     covered = data["proof"]["method"] == "cover" and data["system"]["kind"] == "transfer"
     if data["theorem"] in THEOREMS and (covered or data["proof"]["method"] == "polynomial"):
         return relying_text(data, shown.claim)

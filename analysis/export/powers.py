@@ -35,8 +35,10 @@ MOST_SCALE, BITS = 400, (12, 16, 20, 24, 32, 48, 64, 96)
 Rows = list[list[int]]
 
 
-def powers_text(data: Mapping[str, Any], claim: str) -> str:
+def powers_text(data: Mapping[str, Any], claim: str, kind: type[PoweredTheorem]) -> str:
     """The file for a certificate of a homogeneous form that falls with the gains at both ends.
+
+    ``kind``: that of its time.
 
     Raises
     ------
@@ -46,18 +48,18 @@ def powers_text(data: Mapping[str, Any], claim: str) -> str:
     loop = of_one(data["system"])
     low, high = (Fraction(v) for v in classes(data["laws"]).sector)
     rows = [row[: len(loop.now)] for row in loop.now]
-    A, b, c, d, _ = realised(data["system"], low)
-    critical, rest = not any(row[0] for row in A), None
+    A, b, c, d, discrete = realised(data["system"], low)
+    critical, rest = not (discrete or any(row[0] for row in A)), None
     if critical:
         zero = zero_of(Claim(A=A, b=b, c=c, d=d, discrete=False, width=high - low, theta=Fraction(0)))
         if d or zero is None:
             raise refused("its pole at 0 is beside a direct term")
         rest = numbers(zero["right"]), numbers(zero["left"]), 0
     loop = replace(loop, bounds=[(low, high)], theta=[Fraction(0)], rows=rows[int(critical) :], rest=rest)
-    return _Powers(data, loop, low, high).text(claim)
+    return kind(data, loop, low, high).text(claim)
 
 
-class _Powers(FallingTheorem):
+class PoweredTheorem(FallingTheorem):
     """The words of one file."""
 
     def __init__(self, data: Mapping[str, Any], loop: Loop, low: Fraction, high: Fraction) -> None:
@@ -71,17 +73,25 @@ class _Powers(FallingTheorem):
                 "have an export"
             )
         self.closed = [self._closed(g) for g in (low, high)]
-        given = [lifted(self.end(side), self.exponents) for side in (0, 1)]
+        given = [self.lift(self.end(side)) for side in (0, 1)]
         _, self.unit = whole([v for rows in given for row in rows for v in row])
         self.rows = [[whole(row, self.unit)[0] for row in rows] for rows in given]
         for bits in (*BITS[: 0 if self.skipped else None], 0):
-            self.P, self.zero = self._near(proof, bits)
-            self.times = self._times()
-            if self.times:
+            self.P, self.zero = self.near(proof, bits)
+            self.margin = self.room()
+            if self.margin:
                 return
         raise refused("its form of higher degree leaves too little room")
 
-    def _near(self, proof: Mapping[str, Any], bits: int) -> tuple[Rows, list[Rows]]:
+    def libraries(self) -> tuple[str, ...]:
+        """The files with what the proof uses."""
+        return "forms.v", "flow.v", "critical.v", "definite.v", "powers.v"
+
+    def lift(self, A: Matrix) -> Matrix:
+        """How the products change."""
+        return lifted(A, self.exponents)
+
+    def near(self, proof: Mapping[str, Any], bits: int) -> tuple[Rows, list[Rows]]:
         """``P`` and the forms that vanish, to so many bits (0: as they are), by one number to be whole."""
         size = range(len(self.exponents))
         P, *Z = (
@@ -123,8 +133,8 @@ class _Powers(FallingTheorem):
         p, q = self.closed[side]
         return [less(row[:-1], -row[-1] / q, p) for row in self.loop.then]
 
-    def _times(self) -> int:
-        """By which the fall of ``V`` is above the squares; 0 if that is not shown."""
+    def room(self) -> tuple[int, ...]:
+        """By which the fall of ``V`` is above the squares; nothing if that is not shown."""
         n = len(self.exponents)
         places = [[int(i == j) for j in range(n)] for i in range(n)]
         sides = [(bilinear(self.P, places, places), list[Term](), definite)]
@@ -139,10 +149,10 @@ class _Powers(FallingTheorem):
         for power in (MOST_SCALE, *range(0, MOST_SCALE, 4)):
             if all(shown([*((c << power, u, v) for c, u, v in V), *less], n) for V, less, shown in sides):
                 if power < MOST_SCALE:
-                    return int(1 << power)
+                    return (1 << power,)
             elif power == MOST_SCALE:
                 break
-        return 0
+        return ()
 
     def groups(self, Z: Rows) -> str:
         """The entries of a form that vanishes, product by product."""
@@ -154,7 +164,6 @@ class _Powers(FallingTheorem):
 
     def text(self, claim: str) -> str:
         """The whole file."""
-        n = self.order
         listed = "; ".join("[" + "; ".join(f"{v}%nat" for v in e) + "]" for e in self.exponents)
         lines = [*self.definitions(), folded(f"Definition exponents : list (list nat) := [{listed}].")]
         lists = [("P", self.P), ("lower", self.rows[0]), ("upper", self.rows[1])]
@@ -163,8 +172,18 @@ class _Powers(FallingTheorem):
             lines.append(folded(f"Definition {name} : list (list pair_) := {self.groups(Z)}%Z."))
             lines.append(f"Lemma {name}_vanishes : forallb (vanishing exponents) {name} = true.")
             lines.append("Proof. vm_cast_no_check (eq_refl true). Qed.")
-        lines.append(f"Lemma falls : powers_fall {self.test()} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
-        names = [f"x{k}" for k in range(n)]
+        lines.append(f"Lemma falls : {self.falls()} = true.\nProof. vm_cast_no_check (eq_refl true). Qed.")
+        lines += self.matrices()
+        origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
+        return whole_file(claim, origin, self.libraries(), ["\n".join(lines), "\n".join(self.statement())])
+
+    def falls(self) -> str:
+        """The test."""
+        return f"powers_fall {self.test()}"
+
+    def matrices(self) -> list[str]:
+        """How the products change with the gains at both ends."""
+        names, lines = [f"x{k}" for k in range(self.order)], list[str]()
         state = f"[{'; '.join(names)}]"
         for name, side in zip(("lower", "upper"), (0, 1), strict=True):
             lines += [
@@ -176,14 +195,12 @@ class _Powers(FallingTheorem):
                 "  repeat (apply (f_equal2 cons); [field|]); reflexivity.",
                 "Qed.",
             ]
-        origin = f"{self.data['theorem']}, {self.data['proof']['method']}"
-        libraries = ("forms.v", "flow.v", "critical.v", "definite.v", "powers.v")
-        return whole_file(claim, origin, libraries, ["\n".join(lines), "\n".join(self.statement())])
+        return lines
 
     def test(self) -> str:
         """What the test is of."""
         forms = "P lower upper (vanishing_terms zero_l) (vanishing_terms zero_k)"
-        return f"{self.skipped} {len(self.exponents)} {forms} {self.unit} {self.times}"
+        return f"{self.skipped} {len(self.exponents)} {forms} {self.unit} {self.margin[0]}"
 
     def derivative(self, side: int, names: list[str]) -> str:
         """The state's derivative with the gain at one end, of numbers with these names."""

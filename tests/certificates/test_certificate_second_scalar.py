@@ -360,7 +360,7 @@ def test_which_slopes_the_criteria_of_samples_need(theorem, one, direct, q, hold
 
 IN_TIME = {
     False: ("circle", "popov", "off-axis-circle", "park", "zames-falb", "homogeneous-lyapunov"),
-    True: ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee"),
+    True: ("circle", "zames-falb", "order-cone", "tsypkin", "tsypkin-odd", "jury-lee", "homogeneous-lyapunov"),
 }
 
 
