@@ -111,7 +111,8 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
         - ``(A, B, C)`` or ``(A, B, C, D)``: ints, Fractions, floats, texts; nested lists or arrays, of any shapes;
         - what ``scipy.signal.cont2discrete`` returns, ``(num, den, dt)`` with a row ``num``, or ``(A, B, C, D, dt)``;
         - a list of rows of formulas or blocks, ``[["1/(s+1)", "0"], ["1/s", "1/(s+2)"]]``: a transfer matrix, outputs
-          down; with ``exp(-T*s)`` in one it becomes a ``DelayMatrix``;
+          down; with ``exp(-T*s)`` in one it becomes a ``DelayMatrix``; also of numbers alone where they can be nothing
+          else; of two lists of one or two numbers each ``(num, den)`` in round brackets is a pair;
         - a formula: ``"1/(s*(s+1))"``, ``"z/(z-0.5)"``; with ``exp(-T*s)`` it becomes a ``DelayPlant``;
         - ``control.TransferFunction``, ``StateSpace``, ``FrequencyResponseData``; ``scipy.signal`` ``lti``, ``dlti``;
         - a ``LinearPlant``, from ``mu`` to ``sigma``.
@@ -161,7 +162,8 @@ def as_plant(source: object, *, dt: object = None) -> AnyBlock | MultivariablePl
             if found is not None:
                 return found
     if isinstance(source, tuple | list):
-        return transfer_matrix(source, dt=dt) if _is_transfers(source) else _from_parts(source, dt)
+        rows = _is_transfers(source) or _is_gains(source)
+        return transfer_matrix(source, dt=dt) if rows else _from_parts(source, dt)
     if callable(source):
         raise InputError(
             "a function H(s) is known only where it is called, so that nothing can be shown with it; "
@@ -199,6 +201,25 @@ def _is_transfers(rows: Sequence[object]) -> bool:
     return any(
         isinstance(entry, RationalPlant) or (isinstance(entry, str) and _VARIABLE.search(entry)) for entry in entries
     )
+
+
+def _is_gains(rows: Sequence[object]) -> bool:
+    """Whether these can only be rows of gains, as three rows of three numbers: no coefficients, and no matrices.
+
+    Raises
+    ------
+    InputError
+        They may be both: two lists in a list, each of two numbers, or of one.
+    """
+    lists = [cast("Sequence[object]", row) for row in rows if isinstance(row, list | tuple) and row and _is_flat(row)]
+    if not isinstance(rows, list) or len(lists) < len(rows) or len({len(row) for row in lists}) != 1:
+        return False
+    if len(lists) == 2 >= len(lists[0]):
+        raise InputError(
+            f"{reprlib.repr(rows)} may be numerator and denominator, or rows of gains; give a pair "
+            "(num, den) in round brackets, or the gains as D of a plant without states, ([], [], [], D)"
+        )
+    return len(lists) != 2 and (len(lists) not in (3, 4) or len(lists[0]) > 1)
 
 
 def transfer_matrix(

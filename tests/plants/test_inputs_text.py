@@ -227,3 +227,31 @@ def test_a_dead_time_makes_a_delay_block_and_one_that_cancels_does_not():
     assert block.terms[0][0] == F(1, 5)
     assert as_plant("exp(0*s)/(s+1)^2") == RationalPlant([1], [1, 2, 1])
     assert "dead time in continuous time" in refusal(as_plant, "exp(-s)/(s+1)", dt=1)
+
+
+# Three rows of three numbers are no (A, B, C), whose A is square, and five no scipy system: its period is a number.
+@pytest.mark.parametrize(
+    ("rows", "sides"),
+    [([["0", "-1", "0"], ["1", "0", "0"], ["0", "0", "1"]], (3, 3)), ([[1, 2]], (2, 1)), ([[1]] * 5, (1, 5))],
+)
+def test_rows_of_numbers_that_can_only_be_gains_are_gains(rows, sides):
+    found = as_plant(rows)
+    assert (found.order, (found.inputs, found.outputs)) == (0, sides)
+    assert tuple(tuple(map(F, row)) for row in rows) == found.D
+
+
+@pytest.mark.parametrize("rows", [[["0", "-1"], ["1", "0"]], [[1], [2]]])
+def test_two_lists_of_two_numbers_are_a_pair_or_gains_and_have_to_say_which(rows):
+    with pytest.raises(
+        InputError, match=r"may be numerator and denominator, or rows of gains; give a pair \(num, den\)"
+    ):
+        as_plant(rows)
+    assert as_plant(tuple(rows)).order == len(rows[0]) - 1  # as the message says
+    found = as_plant(([], [], [], rows))
+    assert (found.order, found.D[1]) == (0, tuple(map(F, rows[1])))
+
+
+def test_lists_that_are_no_rows_of_gains_are_what_they_were():
+    assert as_plant([[-1], [1], [1]]) == as_plant(([-1], [1], [1]))  # A, B, C of one state
+    assert as_plant([[1], [1, 1]]) == as_plant("1/(s+1)")
+    assert as_plant([[1, 0, 2], [1, 3, 1]]) == as_plant(([1, 0, 2], [1, 3, 1]))
