@@ -13,7 +13,6 @@ from lure.analysis.theorems.table import BEST
 from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds
 from lure.errors import InputError
 from lure.files.system import LoopSystem
-from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
@@ -157,7 +156,7 @@ def channel_problem(
             f"the classes are {given!r:.80}; give a Sector, SlopeBounds or NonlinearityClass a channel, in order, or a "
             "nonlinearity a channel"
         )
-    nonlinearities = [ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one) for one in listed]
+    nonlinearities = [as_nonlinearity(one) for one in listed]
     return _about(_Known(nonlinearities, None), settings)
 
 
@@ -179,7 +178,7 @@ def _mixture(blocks: Sequence[tuple[object, int]]) -> Diagonal:
         asked, known = class_given(one), None
         if asked is None:
             try:
-                seen = examined(ExpressionNonlinearity(one) if isinstance(one, str) else as_nonlinearity(one))
+                seen = examined(as_nonlinearity(one))
             except InputError as error:
                 raise InputError(f"number {i} of what closes the channels: {error}") from None
             known, asked = seen.nonlinearity, seen.nonlinearity_class

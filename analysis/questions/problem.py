@@ -21,7 +21,6 @@ from lure.classes import Diagonal, NonlinearityClass, Sector, SlopeBounds, in_ch
 from lure.errors import AssumptionError, InputError, Reason
 from lure.files.system import LoopSystem, ManyChannels
 from lure.loop import Loop, LoopModel
-from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.block import StructuredPlant
@@ -400,7 +399,7 @@ def loop_given(plant: object, nonlinearity: object = None) -> object:
     nonlinearity_class = class_given(nonlinearity)
     given = None
     if nonlinearity_class is None:
-        given = ExpressionNonlinearity(nonlinearity) if isinstance(nonlinearity, str) else as_nonlinearity(nonlinearity)
+        given = as_nonlinearity(nonlinearity)
     named = plant if isinstance(plant, LoopSystem) else None
     block = one_channel(plant) if named is None else named.block
     return LoopSystem(

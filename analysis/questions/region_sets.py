@@ -27,7 +27,7 @@ from lure.classes import Diagonal
 from lure.errors import InputError
 from lure.exact import exact_number
 from lure.files.system import LoopSystem
-from lure.nonlinearities import DeadZone, ExpressionNonlinearity, MovedNonlinearity, PiecewiseLinear, Tanh
+from lure.nonlinearities import DeadZone, MovedNonlinearity, PiecewiseLinear, Tanh
 from lure.nonlinearities.base import LocalSector
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants.multivariable import MultivariablePlant
@@ -215,14 +215,7 @@ def loop_asked(plant: object, nonlinearities: object) -> tuple[MultivariablePlan
             "'tanh(sigma)', or of a class that holds on an interval, and a class is given; lure certify asks of all "
             "its members"
         )
-    known = [
-        one
-        if isinstance(one, LocalSector)
-        else ExpressionNonlinearity(one)
-        if isinstance(one, str)
-        else as_nonlinearity(one)
-        for one in listed
-    ]
+    known = [one if isinstance(one, LocalSector) else as_nonlinearity(one) for one in listed]
     for i, one in enumerate(known, 1):
         if not getattr(one, "locally_lipschitz", True):
             raise InputError(

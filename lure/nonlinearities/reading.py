@@ -227,7 +227,8 @@ def as_nonlinearity(source: object) -> Nonlinearity:
     Parameters
     ----------
     source : object
-        A nonlinearity, returned as it is, or ``control.saturation_nonlinearity(ub, lb)``, whose graph is known exactly.
+        A nonlinearity, returned as it is; ``control.saturation_nonlinearity(ub, lb)``, whose graph is known exactly; or
+        a formula in ``sigma``.
 
     Raises
     ------
@@ -243,6 +244,8 @@ def as_nonlinearity(source: object) -> Nonlinearity:
     """
     if hasattr(source, "sector") and callable(source):
         return cast("Nonlinearity", source)
+    if isinstance(source, str):
+        return ExpressionNonlinearity(source)
     if is_control_nonlinearity(source):
         nonlinearity = control_saturation(source)
         if nonlinearity is not None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from lure import NonlinearityClass, Sector, as_nonlinearity
+from lure import Loop, NonlinearityClass, Sector, as_nonlinearity
 from lure.analysis import describing_function, nonlinearity_bounds
 from lure.analysis.nonlinearity import violation
 from lure.analysis.theorems.popov import popov_criterion
@@ -18,6 +18,7 @@ from lure.files import loop_to_toml, parse_system, read_system
 from lure.nonlinearities import (
     Cubic,
     DeadZone,
+    ExpressionNonlinearity,
     LeakyReLU,
     PiecewiseLinear,
     Quantiser,
@@ -178,6 +179,12 @@ def test_text_that_is_no_number_names_its_field():
 
 
 # straight lines
+
+
+def test_a_loop_takes_the_formula_that_analyse_takes():
+    loop = Loop("1/(s+1)", "9*tanh(sigma)")
+    assert loop.nonlinearity == as_nonlinearity("9*tanh(sigma)") == ExpressionNonlinearity("9*tanh(sigma)")
+    assert "unknown name" in refusal(Loop, "1/(s+1)", "9*tanhh(sigma)")
 
 
 def test_the_sector_of_a_straight_line_is_exact_and_no_theorem_takes_it():
