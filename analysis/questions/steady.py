@@ -31,7 +31,6 @@ from lure.arrays import np
 from lure.classes import Diagonal, NonlinearityClass, Sector
 from lure.errors import InputError
 from lure.files.system import LoopSystem
-from lure.nonlinearities import ExpressionNonlinearity
 from lure.nonlinearities.base import Nonlinearity
 from lure.nonlinearities.reading import as_nonlinearity
 from lure.plants import as_plant
@@ -405,9 +404,7 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
             known = list(listed)
     H, tested = channel_plant(plant), tuple[Nonlinearity, ...]()
     if known:
-        checked = [
-            examined(as_nonlinearity(ExpressionNonlinearity(one) if isinstance(one, str) else one)) for one in known
-        ]
+        checked = [examined(as_nonlinearity(one)) for one in known]
         tested, own = tuple(one.nonlinearity for one in checked), tuple(one.nonlinearity_class for one in checked)
         if classes is not None and all(one.linear or one.slope is not None for one in classes.classes):
             require_members(tested, classes.classes)
@@ -416,15 +413,15 @@ def _posed(loop: object, given: object, forcing: object, performance: object) ->
     if classes is None:
         raise InputError("no class of nonlinearities is given; give one with slope bounds, or a nonlinearity")
     if len(classes.classes) != H.inputs or H.inputs != H.outputs:
-        raise InputError(
-            f"{len(classes.classes)} classes are given, and the plant has {H.size}; give one for each channel"
-        )
+        given = "1 class is" if len(classes.classes) == 1 else f"{len(classes.classes)} classes are"
+        raise InputError(f"{given} given, and the plant has {H.size}; give one for each channel")
     moved = None if forcing is None else Forcing.given(forcing)
     sides = None if performance is None else Performance.given(performance)
     if moved is not None:
         width = H.inputs if sides is None else sides.inputs
         if moved.inputs != width:
-            raise InputError(f"forcing has {moved.inputs} entries, and w has {width}; give one for each")
+            entries = "1 entry" if moved.inputs == 1 else f"{moved.inputs} entries"
+            raise InputError(f"forcing has {entries}, and w has {width}; give one for each")
     assumed = _assumed(tested, classes)
     exact = rational_if_moderate(as_plant(plant))
     return _Asked(exact if isinstance(exact, RationalPlant) else H, H, classes, tested, moved, sides, assumed)

@@ -204,8 +204,14 @@ def test_what_a_system_says_is_asked_where_nothing_else_is():
     [
         (LAG, None, None, "give one with slope bounds, or a nonlinearity"),
         (LAG, ["tanh(sigma)"] * 2, None, "2 classes are given, and the plant has"),
-        (([[-1]], [[1, 1]], [[1]], [[0, 0]]), ["tanh(sigma)"], None, "1 classes are given, and the plant has"),
+        (([[-1]], [[1, 1]], [[1]], [[0, 0]]), ["tanh(sigma)"], None, "1 class is given, and the plant has"),
         (LAG, SLOPE, {"amplitude": [1, 1], "omega": 1}, "forcing has 2 entries, and w has 1"),
+        (
+            as_plant([["1/(s+1)", "0"], ["0", "1/(s+1)"]]),
+            [SLOPE] * 2,
+            {"amplitude": 1, "omega": 1},
+            "forcing has 1 entry, and w has 2",
+        ),
     ],
 )
 def test_what_does_not_fit_a_steady_response_is_refused(plant, given, forcing, said):
