@@ -15,8 +15,11 @@ from lure.analysis.certificates.systems import system_of
 from lure.analysis.deadline import time_left
 from lure.analysis.inequality.semidefinite_forms import everywhere
 from lure.analysis.nonlinearity import nonlinearity_bounds
+from lure.analysis.numerics.polynomial import to_fraction
 from lure.analysis.questions.certify import ProofOptions, certify
 from lure.analysis.questions.region_sets import Shape, rests_at_0
+from lure.bounds import Sector
+from lure.classes import NonlinearityClass
 from lure.errors import AssumptionError, InputError
 from lure.plants.multivariable import MultivariablePlant
 
@@ -32,7 +35,7 @@ def proved_everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Pro
 
     ``shapes``: what is known of the nonlinearity of each channel.
     """
-    single, nonlinearities = plant.inputs == 1, [shape.nonlinearity for shape in shapes]
+    single, nonlinearities = plant.inputs == 1, [_around_line(shape) or shape.nonlinearity for shape in shapes]
     block, given = (plant.channel(0, 0), nonlinearities[0]) if single else (plant, list(nonlinearities))
     with suppress(InputError, AssumptionError):
         found = certify(block, given, ways=ProofOptions(seconds=max(1e-3, min(_GLOBAL, time_left()))))
@@ -56,6 +59,15 @@ def proved_everywhere(plant: MultivariablePlant, shapes: Sequence[Shape]) -> Pro
             shown = checked(draft | {"multiplier": one.multiplier, "proof": one.proof})
             return shown if isinstance(shown, Proved) else None
     return None
+
+
+def _around_line(shape: Shape) -> NonlinearityClass | None:
+    """A narrow sector about a line, which the criteria take as a class and not as a nonlinearity; None of others."""
+    if len(shape.pieces) != 1 or shape.pieces[0].degree() > 1 or shape.pieces[0][0] != 0:
+        return None
+    gain = to_fraction(shape.pieces[0][1])
+    wide = max(abs(gain), Fraction(1)) / 2**10
+    return NonlinearityClass(sector=Sector(gain - wide, gain + wide))
 
 
 def _of_one_sign(shape: Shape) -> tuple[Fraction | None, dict[str, Any]] | None:

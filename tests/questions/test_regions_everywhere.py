@@ -28,6 +28,28 @@ def test_a_loop_that_is_stable_from_everywhere_says_so():
     assert found.sets[0].contains([100, 100, 100])
 
 
+# A line is no nonlinearity of its own to the criteria, and an ellipsoid as large as numbers allow is not all states:
+# s^2 + 4 s + 2, s^2 + s + 1/2 and, beside tanh, s + 1.  With 0 sigma s^2 - s + 1 stays, and with sigma/3 s^2 + 4 s/3.
+@pytest.mark.parametrize(
+    ("plant", "law", "everywhere"),
+    [
+        (([[0, 1], [1, 0]], [0, 1], [3, 4], 0), "sigma", True),
+        (([[0, 1], [-1, -1]], [0, 1], [1, 0], 0), "-sigma/2", True),
+        (([[-1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], 0), ["tanh(sigma)", "2*sigma"], True),
+        (([1], [1, -1, 1]), "0*sigma", False),
+        (([[0, 1], [1, 0]], [0, 1], [3, 4], 0), "sigma/3", False),
+    ],
+)
+def test_a_line_that_stabilises_does_so_from_everywhere(plant, law, everywhere):
+    found = region(as_plant(plant), law)
+    assert (found.area[0] == math.inf) is everywhere
+    if everywhere:
+        assert recheck(found.proof.certificate).accepted
+        assert isinstance(check(found.proof.certificate), Proved)
+    else:
+        assert found.sets == ()
+
+
 # V = int phi + y^2/2 for x' = y, y' = -phi(x + y): V' = -phi^2.  With H = (s + 1)(s + 2)/(s^2 (s + 4)) it is s H that
 # has a positive real part, (omega^4 + 10 omega^2)/|s (s + 4)|^2; with (s + 1)/(s^2 (s + 5)) it is 4/|s + 5|^2, which
 # has the limit 0: V falls by the square of a state that a solution keeps at 0 only if phi = 0.  With 1/2 for 5 large
