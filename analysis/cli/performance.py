@@ -132,7 +132,10 @@ def rate(
         )
     check_target(output, force=force)
     from lure.analysis.questions.decay import decay_rate
+    from lure.analysis.questions.energy import require_states
 
+    if constant:
+        require_states(chosen.block)
     out = Output(as_json=as_json, quiet=quiet, verbose=verbose, replace=force)
     with out.progress() as tell:
         found = decay_rate(chosen, worst=worst, seconds=seconds, progress=tell)

@@ -334,6 +334,18 @@ class Overshoot(Record):
         return f"|x(t)| <= {bound_above(self.constant)} |x(0)| {falls} for {about} ({self.proof.theorem}, certified)."
 
 
+def require_states(block: object) -> None:
+    """Refuse a plant of coefficients, whose states could be any, as soon as a number ``c`` is asked for.
+
+    Raises
+    ------
+    InputError
+        The plant is given without states.
+    """
+    if isinstance(block, RationalPlant) and block.matrices is None:
+        raise InputError("the number c is about states, and the plant is given without; give A, B, C and D")
+
+
 def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) -> Overshoot:
     r"""A number ``c`` with ``|x(t)| <= c |x(0)| e^(-rate t)`` for every solution of every loop of the classes.
 
@@ -358,8 +370,7 @@ def overshoot(loop: object, classes: object = None, rate: float | Fraction = 0) 
         No quadratic function was found that shows this rate.
     """
     block = loop.block if isinstance(loop, LoopSystem) else as_plant(loop)
-    if isinstance(block, RationalPlant) and block.matrices is None:
-        raise InputError("the number c is about states, and the plant is given without; give A, B, C and D")
+    require_states(block)
     own = classes_said(loop) if classes is None else None
     asked = channel_problem(loop, classes) if own is None else channel_problem(block, own)
     several = SeveralChannels(asked)

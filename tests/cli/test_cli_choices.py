@@ -3,6 +3,7 @@
 import json
 from fractions import Fraction as F
 from math import inf
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -510,7 +511,9 @@ def test_the_certificates_of_a_gain(lure, loop_file, tmp_path, monkeypatch, proo
     assert json.loads(lure("gain", loop_file, "--json")[1]) == {"said": "a gain"}
 
 
-def test_the_number_c_is_said_where_it_is_asked_for(lure, loop_file, monkeypatch):
+def test_the_number_c_is_said_where_it_is_asked_for(lure, tmp_path, monkeypatch):
+    loop_file = str(tmp_path / "matrices.toml")
+    Path(loop_file).write_text("[plant]\nA = [[-1]]\nB = [1]\nC = [1]\n[class]\nslope = [0, 1]\n")
     found = Answer(said="a rate", proof=None, refutation=None, verdict=OPEN)
     monkeypatch.setattr(decay, "decay_rate", lambda _loop, **_ways: found)
     assert lure("rate", loop_file)[1] == "a rate\n"
@@ -518,6 +521,12 @@ def test_the_number_c_is_said_where_it_is_asked_for(lure, loop_file, monkeypatch
     assert lure("rate", loop_file, "--constant")[1] == f"a rate\n{none}\n"
     assert json.loads(lure("rate", loop_file, "--constant", "--json")[1]) == {"said": "a rate", "constant": None}
     assert json.loads(lure("rate", loop_file, "--json")[1]) == {"said": "a rate"}
+
+
+def test_the_number_c_of_a_plant_without_states_is_refused_before_a_rate_is_sought(lure, loop_file, monkeypatch):
+    monkeypatch.setattr(decay, "decay_rate", lambda _loop, **_ways: pytest.fail("the rate is computed first"))
+    status, _, said = lure("rate", loop_file, "--constant")
+    assert (status, "the number c is about states" in said) == (2, True)
 
 
 @pytest.mark.parametrize("command", ["rate", "steady"])
