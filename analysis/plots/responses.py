@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from lure.analysis.describing import DescribingHint, HarmonicBalance, amplitudes, real_describing_function
 from lure.analysis.graphical.axis import axis_values
+from lure.analysis.inequality.checks import check_plant
 from lure.analysis.numerics.doubles import text_below
 from lure.analysis.plots.frequency import (
     FAR,
@@ -34,7 +37,8 @@ from lure.analysis.plots.style import (
     number,
     padded,
 )
-from lure.errors import InputError
+from lure.errors import AssumptionError, InputError
+from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
@@ -162,7 +166,7 @@ def plot_popov_response(response: PopovResponse, *, ax: Axes | None = None) -> A
                 margin_arrow(axes, (theta * height + boundary, float(x[response.worst])), height, named=False)
         else:
             note(axes, f"line through Re H = {number(boundary)}, far to the left")
-        axes.set_title(_sector_title(0.0, k, f"θ = {number(theta)} s"), fontsize="medium")
+        axes.set_title(_title(response, 0.0, f"θ = {number(theta)} s"), fontsize="medium")
     block = response.block
     return finish_axes(axes, f"Re H(iω) [{unit(block)}]", f"ω Im H(iω) [{unit(block, per_second=True)}]", legend="best")
 
@@ -212,7 +216,7 @@ def plot_nyquist_response(response: NyquistResponse, *, ax: Axes | None = None) 
     if near:
         _least(axes, response.worst, (x, y), response.omega, response.margin_seen)
     if k is not None:
-        axes.set_title(_sector_title(response.lower, k, ""), fontsize="medium")
+        axes.set_title(_title(response, response.lower, ""), fontsize="medium")
     block, argument = response.block, "exp iωΔt" if discrete else "iω"
     return finish_axes(axes, f"Re H({argument}) [{unit(block)}]", f"Im H({argument}) [{unit(block)}]", legend="best")
 
@@ -273,10 +277,21 @@ def _least(axes: Axes, worst: int | None, curve: tuple[Floats, Floats], omega: F
     axes.plot([curve[0][worst]], [curve[1][worst]], marker="o", ms=5, ls="", color=GREEN, label=label, zorder=5)
 
 
-def _sector_title(lower: float, k: float | None, more: str) -> str:
-    end = math.inf if k is None else k
+def _title(response: PopovResponse | NyquistResponse, lower: float, more: str) -> str:
+    """The sector, and where no criterion applies, wherever the curve lies, that the picture shows nothing."""
+    end = math.inf if response.k is None else response.k
     bracket = ")" if math.isinf(end) else "]"
     short = f"{end:.7g}"  # the double 1.2 is less than 1.2, and 1.199999 is not what was asked about
     named = short if float(short) == end else text_below(end, 7)
     words = f"sector [{number(lower)}, {named.replace('inf', '∞').replace('-', '−')}{bracket}"
-    return f"{words}, {more}" if more else words
+    return "\n".join([f"{words}, {more}" if more else words, *_not_stable(response.block, lower)])
+
+
+def _not_stable(block: object, lower: float) -> Iterator[str]:
+    """A line where the loop with the lower gain is not stable, which every criterion that is drawn assumes."""
+    if isinstance(block, RationalPlant) and math.isfinite(lower):
+        try:
+            check_plant(block, lower=Fraction(lower))
+        except AssumptionError:
+            loop = f"the loop with the gain {number(lower)}" if lower else "the plant"
+            yield f"{loop} is not stable: this picture shows nothing"

@@ -295,6 +295,25 @@ def test_the_title_names_the_sector_asked_about(k):
     assert nyquist_response("1/(s + 1)", k=k).plot(ax=figure_axes()).get_title() == f"sector [0, {k}]"
 
 
+# (s - 1) with k = 1/2: the curve keeps off the line, and every gain below 1 leaves the pole on the right
+@pytest.mark.parametrize(
+    ("block", "k", "said"),
+    [
+        ("1/(s-1)", 0.5, ["the plant is not stable: this picture shows nothing"]),
+        ("1/s^2", 0.5, ["the plant is not stable: this picture shows nothing"]),
+        ("1/(s*(s+1))", 0.5, []),
+    ],
+)
+def test_the_title_says_where_the_picture_shows_nothing(block, k, said):
+    for response in (popov_response(block, k=k), nyquist_response(block, k=k)):
+        assert response.plot(ax=figure_axes()).get_title().split("\n")[1:] == said
+    if not said:
+        return
+    shifted = nyquist_response("1/(s-1)", lower=0.5, k=2).plot(ax=figure_axes()).get_title()
+    assert shifted.endswith("\nthe loop with the gain 0.5 is not stable: this picture shows nothing")
+    assert "\n" not in nyquist_response("1/(s-1)", lower=1.5, k=2).plot(ax=figure_axes()).get_title()
+
+
 @pytest.mark.slow
 def test_a_page_has_its_own_figure_its_evidence_and_what_proves_it():
     first, second = popov_response(THIRD)._repr_html_(), popov_response(THIRD, k=5)._repr_html_()
