@@ -38,6 +38,7 @@ from lure.analysis.plots.style import (
     padded,
 )
 from lure.errors import AssumptionError, InputError
+from lure.plants.delay import DelayPlant
 from lure.plants.rational import RationalPlant
 
 if TYPE_CHECKING:
@@ -288,7 +289,9 @@ def _title(response: PopovResponse | NyquistResponse, lower: float, more: str) -
 
 
 def _not_stable(block: object, lower: float) -> Iterator[str]:
-    """A line where the loop with the lower gain is not stable, which every criterion that is drawn assumes."""
+    """A line where the loop with the lower gain is known not to be stable, which every criterion drawn assumes."""
+    if isinstance(block, DelayPlant) and not block.feedback and lower == 0:
+        block = RationalPlant([1], block.denominator)  # its poles, of which one at 0 has a positive residue
     if isinstance(block, RationalPlant) and math.isfinite(lower):
         try:
             check_plant(block, lower=Fraction(lower))

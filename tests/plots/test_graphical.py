@@ -295,13 +295,18 @@ def test_the_title_names_the_sector_asked_about(k):
     assert nyquist_response("1/(s + 1)", k=k).plot(ax=figure_axes()).get_title() == f"sector [0, {k}]"
 
 
-# (s - 1) with k = 1/2: the curve keeps off the line, and every gain below 1 leaves the pole on the right
+# 1/(s - 1) with k = 1/2: the curve keeps off the line, and every gain below 1 leaves the pole on the right
+@pytest.mark.slow_for("exp(-s)/(s*(s+1)) + 1/(s+1)-0.1-said5")
 @pytest.mark.parametrize(
     ("block", "k", "said"),
     [
         ("1/(s-1)", 0.5, ["the plant is not stable: this picture shows nothing"]),
         ("1/s^2", 0.5, ["the plant is not stable: this picture shows nothing"]),
         ("1/(s*(s+1))", 0.5, []),
+        ("exp(-s)/(s-1)", 0.1, ["the plant is not stable: this picture shows nothing"]),
+        ("-exp(-s)/s^2", 0.1, ["the plant is not stable: this picture shows nothing"]),
+        ("exp(-s)/(s*(s+1)) + 1/(s+1)", 0.1, []),
+        ("1/(s+2+exp(-s))", 0.1, []),
     ],
 )
 def test_the_title_says_where_the_picture_shows_nothing(block, k, said):
