@@ -7,6 +7,7 @@ it fails the box is cut.  Nothing here is believed: the certificate holds the cu
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -460,7 +461,10 @@ def refuted_at(family: PlantFamily, point: Point, witness: Witness) -> Witness:
     ``witness``: what destabilises the loop there, with what the checker accepted of it.
     """
     data = {**witness.data, "parameters": {name: str(v) for name, v in zip(family.names, point, strict=True)}}
-    description = f"with {family.words(point)}, {witness.description}"
+    said = witness.description
+    if "k" in family.names:  # which is then no name for the gain
+        said = re.sub(r"\bk\b", "gain" if "g" in family.names else "g", said)
+    description = f"with {family.words(point)}, {said}"
     moved = replace(witness, description=description, data=data, refutation=None)
     if witness.refutation is None:
         return moved

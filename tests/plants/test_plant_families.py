@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lure import as_plant
+from lure import as_plant, max_sector
 from lure.errors import InputError
 from lure.files import find_system, loop_to_toml
 from lure.files.reading import parse_system
@@ -149,3 +149,10 @@ def test_a_matrix_of_formulas_has_the_transfer_functions_of_its_entries():
     found = C @ np.linalg.solve(s * np.eye(4) - A, B) + D
     wanted = [[k / (s + 1) ** 2, 1 / (s + a)], [(s + 2) / (s + 1) ** 2, (k * s + b) / (a * s + 1)]]
     assert np.allclose(found, np.array(wanted, dtype=complex))
+
+
+# s + a + k g with k = -1, a = 1 has a root at or beyond 0 from g = 1 on; a gain called k would be -1 here
+@pytest.mark.parametrize(("other", "gain"), [("a", "g"), ("g", "gain")])
+def test_a_gain_that_refutes_is_not_named_like_a_parameter(other, gain):
+    found = max_sector(PlantFamily.of_formula(f"k/(s + {other})", {"k": (-1, 1), other: (1, 2)}))
+    assert f"with k = -1, {other} = 1, phi = {gain} sigma, {gain} just above 1: the loop" in str(found)
