@@ -278,13 +278,18 @@ class _Search:
         room, P, lines = self.solved(turned, power)
         if not room > ROOM:
             return None
-        unit = 1 << (DIGITS - math.floor(math.log2(room)))
+        slow = min(1.0, self.speed(turned))  # Z is that much smaller than P
+        unit = 1 << (DIGITS - math.floor(math.log2(room * slow)))
         proof = {"method": "powers", "power": power, **self.rounded(P, lines, power, unit)}
         try:
             require_falling(ends, proof, discrete=self.block.dt is not None)
         except Rejected:
             return None
         return proof
+
+    def speed(self, ends: Sequence[Reals]) -> float:
+        """The larger norm of the matrices of both loops, a frequency; in discrete time 1."""
+        return 1.0 if self.block.dt is not None else max(float(np.linalg.norm(A, 2)) for A in ends)
 
     def solved(self, ends: list[Reals], power: int) -> tuple[float, Reals, list[list[float]]]:
         """``t``, ``P`` and the multiples of the vanishing forms with about the largest ``t`` in ``G_i >= t``.
@@ -294,7 +299,7 @@ class _Search:
         """
         m, critical, discrete = monomials(len(ends[0]), power), self.critical, self.block.dt is not None
         size, weights, change = len(m), _weights(m), substituted if discrete else lifted
-        speed = 1.0 if discrete else max(float(np.linalg.norm(A, 2)) for A in ends)
+        speed = self.speed(ends)
         by, forms = weights[:, None] * weights, symmetric_basis(size)
         falling, kept = forms.copy(), np.ones(len(forms), dtype=bool)
         for i, other in (_beside_first(m) if critical else {}).items():

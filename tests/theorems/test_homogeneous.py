@@ -227,6 +227,7 @@ def test_two_states_with_a_pole_at_0_are_proved_close_to_the_worst_gain():
     ("plant", "sector"),
     [
         (RationalPlant([1], [1, F(1, 1000), 0]), Sector(0, 2e-6)),
+        (RationalPlant([1], [F(1, 10**9), F(1, 10**18), 0]), Sector(0, 2e-27)),
         (RationalPlant([1], [F(1, 7), F(22, 3), 0]), Sector(0, 500)),
         (RationalPlant([1], [1, 1, -2]), Sector(2, 4)),
         (RationalPlant([1], [1, 2, 1, 0]), Sector(0, F(4, 5))),  # the circle criterion ends at 1/2
@@ -239,6 +240,13 @@ def test_a_pole_at_0_in_other_units_shifted_and_of_higher_order_is_covered(plant
     assert shown.certificate["conclusion"] == "every motion is bounded"
     assert recheck(shown.certificate).accepted
     assert "boundedness only" in answer.reason
+
+
+# 1/(s^2 + a s + a^2) is that of a = 1 in other units of time, gains times a^2: the circle criterion ends at 3 a^2
+@pytest.mark.parametrize("a", [F(1, 10**9), F(1), F(10**9)])
+def test_a_sector_is_proved_with_the_same_degree_whatever_the_unit_of_time(a):
+    answer = homogeneous_criterion(RationalPlant([1], [1, a, a * a]), Sector(0, F(7, 2) * a * a))
+    assert (answer.verdict, answer.parameters["power"]) == (Verdict.PROVED, "2")
 
 
 # -- discrete time ----------------------------------------------------------------------------------------------------
