@@ -12,7 +12,7 @@ from typing import Any
 from lure.analysis.certificates.powers import substituted
 from lure.analysis.export.powers import PoweredTheorem, Rows
 from lure.analysis.export.quadratic import Matrix, bilinear, definite, whole
-from lure.analysis.export.words import combined, integers, number
+from lure.analysis.export.words import integers
 
 MOST_CLOSE, MOST_TIMES = 60, 400  # powers of 2
 
@@ -84,15 +84,10 @@ class SteppedTheorem(PoweredTheorem):
     def statement(self) -> list[str]:
         """The theorem and its proof."""
         n, power = self.order, self.data["proof"]["power"]
-        *entries, last = (f"({self.entry(k)})" for k in range(n + 1))
-        low, high = number(self.low), number(self.high)
-        held = "(class t)" if self.families[0].varying else "class"
-        (p, q), (p_, q_) = self.closed
         some = "[|? ?]"
         for k in reversed(range(n)):
             some = f"[|y{k} {some}]"
         split = f"intros y L; destruct y as {some}; try discriminate;"
-        shown = "rewrite (closed t); ring" if self.transfer else "symmetry; apply (graph t)"
         steps = "" if self.transfer else f"rewrite {', '.join(f'step{k}' for k in range(n))}; "
         lines = [
             *self.opening(),
@@ -107,12 +102,7 @@ class SteppedTheorem(PoweredTheorem):
             "  - intro y; split; apply vanishing_sound; [exact zero_l_vanishes|exact zero_k_vanishes].",
             "  - reflexivity.",
             "  - intro t.",
-            f"    assert (E : {self.phi(0)} ({self.sigma(0)}) = {self.value(0)}) by ({shown}).",
-            f"    destruct (gain_of {low} {high} ({self.phi(0)}) _ _ {held} ltac:(lra) E) as [d [D F]]; clear E.",
-            f"    destruct (between_ends {low} {high} d D) as [r [R01 ->]].",
-            f"    destruct (mean_of_ends r {number(q)} {number(q_)} ({combined(p, entries)})",
-            f"      ({combined(p_, entries)}) {last} R01 ltac:(lra) ltac:(lra)) as [s [S01 U]];",
-            f"      [unfold {'den, ' * self.transfer}sigma in F; lra|]; exists s; split; [exact S01|].",
+            *self.between(),
             f"    unfold X, carried, lower_loop, upper_loop; {steps}cbn [map dot lcomb Nat.add] in *.",
             "    repeat (apply (f_equal2 cons); [lra|]); reflexivity. }",
         ]

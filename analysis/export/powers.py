@@ -206,20 +206,33 @@ class PoweredTheorem(FallingTheorem):
         """The state's derivative with the gain at one end, of numbers with these names."""
         return f"[{'; '.join(combined(row, names) for row in self.end(side))}]"
 
-    def statement(self) -> list[str]:
-        """The theorem and its proof."""
-        n, N = self.order, len(self.exponents)
-        *entries, last = (f"({self.entry(k)})" for k in range(n + 1))
-        xs = [self.entry(k).removesuffix(" t") for k in range(n)]
-        dxs = [f"fun t => {self.sum(row)}" for row in self.loop.then]
+    def between(self) -> list[str]:
+        """That the loop is a mixture, of shares ``s`` and ``1 - s``, of those with the gains at both ends."""
+        *entries, last = (f"({self.entry(k)})" for k in range(self.order + 1))
         low, high = number(self.low), number(self.high)
         held = "(class t)" if self.families[0].varying else "class"
         (p, q), (p_, q_) = self.closed
+        at = "t" if self.discrete else "t Ht"
+        shown = f"rewrite (closed {at}); ring" if self.transfer else f"symmetry; apply (graph {at})"
+        return [
+            f"    assert (E : {self.phi(0)} ({self.sigma(0)}) = {self.value(0)}) by ({shown}).",
+            f"    destruct (gain_of {low} {high} ({self.phi(0)}) _ _ {held} ltac:(lra) E) as [d [D F]]; clear E.",
+            f"    destruct (between_ends {low} {high} d D) as [r [R01 ->]].",
+            f"    destruct (mean_of_ends r {number(q)} {number(q_)} ({combined(p, entries)})",
+            f"      ({combined(p_, entries)}) {last} R01 ltac:(lra) ltac:(lra)) as [s [S01 U]];",
+            f"      [unfold {'den, ' * self.transfer}sigma in F; lra|]; exists s; split; [exact S01|].",
+        ]
+
+    def statement(self) -> list[str]:
+        """The theorem and its proof."""
+        n, N = self.order, len(self.exponents)
+        entries = [f"({self.entry(k)})" for k in range(n)]
+        xs = [self.entry(k).removesuffix(" t") for k in range(n)]
+        dxs = [f"fun t => {self.sum(row)}" for row in self.loop.then]
         ends = [self.derivative(side, entries) for side in (1, 0)]
         lines = self.opening()
         for name, side in (("X", xs), ("X'", dxs)):
             lines.append(f"  pose ({name} := fun t : R => map (fun f : R -> R => f t) [{'; '.join(side)}]).")
-        shown = "rewrite (closed t Ht); ring" if self.transfer else "symmetry; apply (graph t Ht)"
         lines += [
             f"  assert (lim := powers_in_time {self.test()}",
             "    (fun t => map (fun e => mono e (X t)) exponents)",
@@ -234,12 +247,7 @@ class PoweredTheorem(FallingTheorem):
             "    apply Forall2_nil.",
             "  - intro t; split; apply vanishing_sound; [exact zero_l_vanishes|exact zero_k_vanishes].",
             "  - intros t Ht.",
-            f"    assert (E : {self.phi(0)} ({self.sigma(0)}) = {self.value(0)}) by ({shown}).",
-            f"    destruct (gain_of {low} {high} ({self.phi(0)}) _ _ {held} ltac:(lra) E) as [d [D F]]; clear E.",
-            f"    destruct (between_ends {low} {high} d D) as [r [R01 ->]].",
-            f"    destruct (mean_of_ends r {number(q)} {number(q_)} ({combined(p, entries)})",
-            f"      ({combined(p_, entries)}) {last} R01 ltac:(lra) ltac:(lra)) as [s [S01 U]];",
-            f"      [unfold {'den, ' * self.transfer}sigma in F; lra|]; exists s; split; [exact S01|].",
+            *self.between(),
             f"    apply (mixed_ends exponents (X t) {ends[1]}",
             f"      {ends[0]}); [reflexivity| |apply lower_is|apply upper_is].",
             "    unfold X'; cbn [map lcomb].",
